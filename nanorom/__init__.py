@@ -1,0 +1,1 @@
+"""Reduced-order models of nanomechanical resonators from first principles."""

@@ -1,0 +1,25 @@
+"""Errors that reach the user as one line: what is wrong, and what to do about it."""
+
+
+class NanoromError(Exception):
+    """Base of every error that nanorom raises on purpose."""
+
+
+class SceneError(NanoromError):
+    """A scene, a sweep or a quantity is not valid."""
+
+
+class MeshError(NanoromError):
+    """A geometry cannot be meshed or a mesh cannot be used."""
+
+
+class SolverError(NanoromError):
+    """A linear, nonlinear or eigenvalue solve did not give a trustworthy result."""
+
+
+class FileError(NanoromError):
+    """A file cannot be read, written or understood."""
+
+
+class ContinuationError(NanoromError):
+    """A modal system or a continuation request cannot be followed."""
