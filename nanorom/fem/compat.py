@@ -1,0 +1,129 @@
+"""The one module that knows DOLFINx versions: 0.5 (Debian 12) to 0.11 (Debian sid).
+
+Every difference is found by a probe of what the library offers, never by its version string.
+The rest of the package sees one interface, documented function by function below.
+"""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import basix
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+try:  # DOLFINx >= 0.7: UFL elements are Basix elements
+    import basix.ufl as _basix_ufl
+except ImportError:
+    _basix_ufl = None
+
+_EQUISPACED = basix.LagrangeVariant.equispaced
+_GLL = basix.LagrangeVariant.gll_warped
+
+
+def reference_element(degree: int, equispaced: bool = False) -> Any:
+    """Basix Lagrange triangle of a degree, to tabulate and to place nodes.
+
+    The Gauss-Lobatto variant is the one of the function spaces, the equispaced one that of the
+    coordinate elements.
+    """
+    variant = _EQUISPACED if equispaced else _GLL
+    return basix.create_element(
+        basix.ElementFamily.P, basix.CellType.triangle, degree, variant
+    )
+
+
+def _coordinate_domain(order: int) -> tuple[Any, Any]:
+    if _basix_ufl is not None:
+        element = _basix_ufl.element(
+            "Lagrange", "triangle", order, lagrange_variant=_EQUISPACED, shape=(2,)
+        )
+        return element, ufl.Mesh(element)
+    scalar = ufl.FiniteElement("Lagrange", ufl.triangle, order, variant="equispaced")
+    element = ufl.VectorElement(scalar)
+    return element, ufl.Mesh(element)
+
+
+def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int) -> Any:
+    """Distributed triangle mesh with equispaced Lagrange coordinates of any order.
+
+    ``cells`` (c, (order + 1)(order + 2)/2) are node numbers in Basix' order, ``points`` (n, 2);
+    ranks may pass any share of them, usually rank 0 passes all.
+    """
+    _, domain = _coordinate_domain(order)
+    cells = np.ascontiguousarray(cells, dtype=np.int64)
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    names = list(inspect.signature(dolfinx.mesh.create_mesh).parameters)
+    by_name = {"comm": comm, "cells": cells, "x": points, "domain": domain, "e": domain}
+    arguments = [by_name[name] for name in names if name in by_name]
+    partitioner = _shared_facet_partitioner()
+    if partitioner is None:
+        return dolfinx.mesh.create_mesh(*arguments)
+    return dolfinx.mesh.create_mesh(*arguments, partitioner=partitioner)
+
+
+def _shared_facet_partitioner() -> Any:
+    # interior-facet integrals need the cells on both sides of a facet between two ranks
+    try:
+        return dolfinx.mesh.create_cell_partitioner(dolfinx.mesh.GhostMode.shared_facet)
+    except (AttributeError, TypeError):
+        return None  # 0.5 ghosts shared facets by default
+
+
+def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
+    """Continuous Lagrange space of a degree (Gauss-Lobatto nodes), scalar or vector-valued."""
+    if _basix_ufl is not None:
+        shape = {} if components == 1 else {"shape": (components,)}
+        element = _basix_ufl.element(
+            "Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape
+        )
+        return fem.functionspace(mesh, element)
+    if components == 1:
+        return fem.FunctionSpace(mesh, ufl.FiniteElement("Lagrange", ufl.triangle, degree))
+    element = ufl.VectorElement("Lagrange", ufl.triangle, degree, dim=components)
+    return fem.FunctionSpace(mesh, element)
+
+
+def cell_dofs(space: Any) -> np.ndarray:
+    """Local degrees of freedom (blocks) of every local and ghost cell, (c, n)."""
+    dofs = space.dofmap.list
+    if not isinstance(dofs, np.ndarray):
+        dofs = dofs.array.reshape(dofs.num_nodes, -1)
+    return dofs
+
+
+def cell_nodes(mesh: Any) -> np.ndarray:
+    """Local geometry nodes of every local and ghost cell, (c, n), vertices first."""
+    nodes = mesh.geometry.dofmap
+    if not isinstance(nodes, np.ndarray):
+        nodes = nodes.array.reshape(nodes.num_nodes, -1)
+    return nodes
+
+
+def input_nodes(mesh: Any) -> np.ndarray:
+    """Number in the input of every local geometry node."""
+    return np.asarray(mesh.geometry.input_global_indices)
+
+
+def vector_of(function: Any) -> Any:
+    """PETSc vector that shares the memory of a function's degrees of freedom."""
+    if hasattr(function.x, "petsc_vec"):
+        return function.x.petsc_vec
+    return function.vector
+
+
+def form(expression: Any, quadrature_degree: int | None = None) -> Any:
+    """Compile a UFL form with the optimisation flags that pay for high-order kernels."""
+    del quadrature_degree
+    return fem.form(expression, **_jit_keywords())
+
+
+def _jit_keywords() -> dict[str, Any]:
+    options = {"cffi_extra_compile_args": ["-O2"]}
+    parameters = inspect.signature(fem.form).parameters
+    key = "jit_options" if "jit_options" in parameters else "jit_params"
+    return {key: options}

@@ -1,0 +1,276 @@
+"""Meshes: gmsh geometry in, a distributed DOLFINx mesh with tagged boundary out.
+
+gmsh runs on rank 0 only and makes straight triangles; the nodes of higher order are placed by
+`nanorom.fem.curved` on the true curves of the geometry, whatever the order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.errors import MeshError
+from nanorom.fem import compat, curved
+
+Grading = Callable[[np.ndarray], np.ndarray]
+
+
+@attrs.frozen
+class MeshData:
+    """A mesh as plain arrays: what gmsh gave, before it is distributed.
+
+    points: (n, 2); cells: (c, nodes) in the coordinate element's order; order: of the map;
+    facets: physical curve -> vertex pairs (m, 2).
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    order: int
+    facets: Mapping[str, np.ndarray]
+
+
+@attrs.frozen
+class Domain:
+    """A distributed mesh and its boundary: physical curve -> local facet numbers."""
+
+    mesh: Any
+    facets: Mapping[str, np.ndarray]
+
+    @property
+    def comm(self) -> MPI.Comm:
+        return self.mesh.comm
+
+    def facets_of(self, names: list[str]) -> np.ndarray:
+        """Local facets that carry any of the names, sorted."""
+        found = [self.facets[name] for name in names]
+        return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int32)
+
+
+def build(
+    comm: MPI.Comm,
+    file: Path,
+    parameters: Mapping[str, float] | None = None,
+    order: int = 1,
+    grading: Grading | None = None,
+) -> Domain:
+    """Mesh a ``.geo`` (with its parameters) or read a ``.msh`` and distribute it. Collective.
+
+    ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``grading`` moves the nodes
+    (n, 2) to their final place.  Raises MeshError on every rank alike.
+    """
+    data: MeshData | MeshError | None = None
+    if comm.rank == 0:
+        try:
+            data = load(file, parameters or {}, order)
+        except MeshError as error:
+            data = error
+    data = comm.bcast(data if comm.rank == 0 and isinstance(data, MeshError) else None) or data
+    if isinstance(data, MeshError):
+        raise data
+    if grading is not None and data is not None:
+        data = attrs.evolve(data, points=grading(data.points))
+    return distribute(comm, data)
+
+
+def distribute(comm: MPI.Comm, data: MeshData | None) -> Domain:
+    """Spread the mesh of rank 0 over the ranks and find its tagged facets. Collective."""
+    order = comm.bcast(data.order if data else None)
+    facets = comm.bcast(dict(data.facets) if data else None)
+    n_nodes = (order + 1) * (order + 2) // 2
+    cells = data.cells if data else np.empty((0, n_nodes), dtype=np.int64)
+    points = data.points if data else np.empty((0, 2))
+    mesh = compat.create_mesh(comm, cells, points, order)
+    return Domain(mesh, _local_facets(mesh, facets))
+
+
+def _local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Local facets of each name, found by the input numbers of their two vertices."""
+    topology = mesh.topology
+    topology.create_connectivity(2, 1)
+    topology.create_connectivity(1, 2)
+    facet_of_cell = topology.connectivity(2, 1)
+    n_cells = topology.index_map(2).size_local + topology.index_map(2).num_ghosts
+    facets = facet_of_cell.array[: 3 * n_cells].reshape(-1, 3)
+    corners = compat.input_nodes(mesh)[compat.cell_nodes(mesh)[:, :3]]
+    ends = np.sort(corners[:, np.array(curved.EDGES)], axis=2).reshape(-1, 2)
+    lookup: dict[tuple[int, int], int] = {}
+    for (a, b), facet in zip(ends.tolist(), facets.ravel().tolist()):
+        lookup[a, b] = facet
+    found = {}
+    for name, pairs in tagged.items():
+        hits = [lookup.get((a, b)) for a, b in np.sort(pairs, axis=1).tolist()]
+        found[name] = np.unique(np.array([h for h in hits if h is not None], dtype=np.int32))
+    return found
+
+
+def load(file: Path, parameters: Mapping[str, float], order: int) -> MeshData:
+    """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
+    import gmsh
+
+    gmsh.initialize()
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.onelab.clear()
+        for name, value in parameters.items():
+            gmsh.onelab.setNumber(f"Parameters/{name}", [value])
+        try:
+            gmsh.open(str(file))
+            if len(gmsh.model.mesh.getNodes()[0]) == 0:
+                gmsh.model.mesh.generate(2)
+                return _from_geometry(gmsh, order, file)
+            return _from_mesh(gmsh, file)
+        except MeshError:
+            raise
+        except Exception as error:  # gmsh raises bare Exception
+            raise MeshError(f"{file}: gmsh cannot mesh it: {error}") from error
+    finally:
+        gmsh.finalize()
+
+
+def _from_geometry(gmsh: Any, order: int, file: Path) -> MeshData:
+    """Straight triangles of the model just meshed, curved to ``order`` on its curves."""
+    vertex, points = _vertices(gmsh)
+    triangles = _elements(gmsh, 2, vertex)
+    _check(points, triangles, file)
+    points = points.copy()
+    edges = {tag: _curve_edges(gmsh, tag, vertex, points) for _, tag in gmsh.model.getEntities(1)}
+    facets = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
+    if order == 1:
+        return MeshData(points, triangles, 1, facets)
+
+    at = {}
+    for local, (a, b) in enumerate(curved.EDGES):
+        for cell, (i, j) in enumerate(triangles[:, (a, b)].tolist()):
+            at.setdefault((min(i, j), max(i, j)), []).append((cell, local))
+    edge_points = {}
+    for tag, (pairs, spans) in edges.items():
+        if gmsh.model.getType(1, tag) == "Line" or len(pairs) == 0:
+            continue
+        t = spans[:, :1] + (spans[:, 1:] - spans[:, :1]) * curved.edge_fractions(order)
+        curve = np.reshape(gmsh.model.getValue(1, tag, t.ravel()), (len(pairs), order - 1, 3))
+        for (i, j), nodes in zip(pairs.tolist(), curve[:, :, :2]):
+            for cell, local in at.get((min(i, j), max(i, j)), ()):
+                same = triangles[cell, curved.EDGES[local][0]] == i
+                edge_points[cell, local] = nodes if same else nodes[::-1]
+    cells, n_nodes = curved.number_nodes(triangles, len(points), order)
+    nodes = np.empty((n_nodes, 2))
+    nodes[cells] = curved.curve_cells(points[triangles], edge_points, order)
+    return MeshData(nodes, cells, order, facets)
+
+
+def _from_mesh(gmsh: Any, file: Path) -> MeshData:
+    """Triangles of any order as they stand in a mesh file."""
+    types, _, node_lists = gmsh.model.mesh.getElements(2)
+    if len(types) == 0:
+        raise MeshError(f"{file}: no triangles in it; a film is a mesh of triangles")
+    if len(types) > 1:
+        names = ", ".join(gmsh.model.mesh.getElementProperties(t)[0] for t in types)
+        raise MeshError(f"{file}: elements of several kinds ({names}); give triangles of one order")
+    name, _, order, n_nodes, local, _ = gmsh.model.mesh.getElementProperties(types[0])
+    if not name.startswith("Triangle"):
+        raise MeshError(f"{file}: elements are {name}; give triangles")
+    local = np.reshape(local, (n_nodes, -1))[:, :2]
+    ours = curved.reference_nodes(order)[:, 1:]
+    distance = np.linalg.norm(ours[:, None] - local[None], axis=2)
+    node, points = _vertices(gmsh, triangles=np.unique(node_lists[0]))
+    cells = node[np.reshape(node_lists[0], (-1, n_nodes)).astype(np.int64)]
+    cells = cells[:, distance.argmin(axis=1)]
+    _check(points, cells[:, :3], file)
+    edges = {tag: _elements(gmsh, 1, node, tag) for _, tag in gmsh.model.getEntities(1)}
+    return MeshData(points, cells, int(order), _named(gmsh, edges))
+
+
+def _vertices(gmsh: Any, triangles: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Map from gmsh node tag to our number, and the coordinates of the numbered nodes."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    coordinates = np.reshape(coordinates, (-1, 3))
+    if triangles is None:
+        triangles = np.unique(np.concatenate(gmsh.model.mesh.getElements(2)[2]))
+    number = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
+    number[triangles.astype(np.int64)] = np.arange(len(triangles))
+    used = number[tags.astype(np.int64)] >= 0
+    points = np.empty((len(triangles), 3))
+    points[number[tags[used].astype(np.int64)]] = coordinates[used]
+    if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
+        raise MeshError("the mesh is not flat: its z coordinates vary; give a mesh in a plane z = 0")
+    return number, np.ascontiguousarray(points[:, :2])
+
+
+def _elements(gmsh: Any, dimension: int, number: np.ndarray, tag: int = -1) -> np.ndarray:
+    """Vertex numbers of all elements of a dimension, corners only."""
+    corners = []
+    for kind, _, nodes in zip(*gmsh.model.mesh.getElements(dimension, tag)):
+        n_nodes = gmsh.model.mesh.getElementProperties(kind)[3]
+        corners.append(np.reshape(nodes, (-1, n_nodes))[:, : dimension + 1].astype(np.int64))
+    if not corners:
+        return np.empty((0, dimension + 1), dtype=np.int64)
+    return number[np.concatenate(corners)]
+
+
+def _curve_edges(
+    gmsh: Any, tag: int, number: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (m, 2) of a model curve and their parameter spans (m, 2).
+
+    The vertices are put exactly onto the curve: gmsh's own are right to 1e-9 only.
+    """
+    pairs = _elements(gmsh, 1, number, tag)
+    tags, _, parameters = gmsh.model.mesh.getNodes(1, tag, True, True)
+    if len(pairs) == 0:
+        return pairs, np.empty((0, 2))
+    low, high = (float(bound[0]) for bound in gmsh.model.getParametrizationBounds(1, tag))
+    t = np.full(number.max() + 1, np.nan)
+    t[number[tags.astype(np.int64)]] = parameters
+    spans = t[pairs]
+    inner = (spans > low) & (spans < high)
+    on_curve = np.reshape(gmsh.model.getValue(1, tag, spans[inner]), (-1, 3))[:, :2]
+    points[pairs[inner]] = on_curve
+    # on a closed curve the seam's vertex has two parameters: take the one on its edge's side
+    far = np.abs(spans[:, 0] - spans[:, 1]) > 0.5 * (high - low)
+    if len(pairs) > 2:
+        at_seam = np.isclose(spans, low) | np.isclose(spans, high)
+        flip = far[:, None] & at_seam
+        spans = np.where(flip, low + high - spans, spans)
+    return pairs, spans
+
+
+def _named(gmsh: Any, edges: Mapping[int, np.ndarray]) -> dict[str, np.ndarray]:
+    """Vertex pairs of every named physical curve."""
+    facets = {}
+    for dimension, group in gmsh.model.getPhysicalGroups(1):
+        name = gmsh.model.getPhysicalName(dimension, group) or str(group)
+        curves = gmsh.model.getEntitiesForPhysicalGroup(dimension, group)
+        facets[name] = np.concatenate([edges[curve] for curve in curves])
+    return facets
+
+
+def _check(points: np.ndarray, triangles: np.ndarray, file: Path) -> None:
+    """Refuse meshes that give nonsense later: inverted or flat cells, several parts."""
+    x = points[triangles]
+    side = x[:, 1:] - x[:, :1]
+    area = 0.5 * (side[:, 0, 0] * side[:, 1, 1] - side[:, 0, 1] * side[:, 1, 0])
+    bad = np.abs(area) < 1e-12 * np.ptp(points, axis=0).max() ** 2
+    if bad.any():
+        raise MeshError(f"{file}: {bad.sum()} of {len(area)} triangles have no area; mend the mesh")
+    if (area > 0).any() and (area < 0).any():
+        n = min((area > 0).sum(), (area < 0).sum())
+        raise MeshError(f"{file}: {n} of {len(area)} triangles are inverted; mend the mesh")
+    parts = _parts(triangles, len(points))
+    if parts > 1:
+        raise MeshError(f"{file}: the mesh falls into {parts} separate parts; give one film")
+
+
+def _parts(triangles: np.ndarray, n_points: int) -> int:
+    """Number of connected parts of a triangulation."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    links = np.concatenate([triangles[:, (0, 1)], triangles[:, (1, 2)]])
+    graph = coo_matrix((np.ones(len(links)), links.T), shape=(n_points, n_points))
+    used = np.unique(triangles)
+    return int(connected_components(graph.tocsr()[used][:, used], directed=False)[0])
