@@ -9,7 +9,7 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGES = REPOSITORY / "docker/packages.txt"
-TOOLS = ["cat", "cmp", "dirname", "flock", "grep", "readlink", "rm", "sed", "sh", "xargs"]
+TOOLS = ["cat", "cmp", "dirname", "flock", "grep", "readlink", "rm", "sed", "sh", "tr", "xargs"]
 FORBIDDEN = ["apt-get", "dpkg", "sudo", "pip", "pip3"]
 WHERE = ["python", "-c", "import nanorom, sys; print(nanorom.__file__, sys.prefix, sep='\\n')"]
 
