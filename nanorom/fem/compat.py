@@ -127,3 +127,15 @@ def _jit_keywords() -> dict[str, Any]:
     parameters = inspect.signature(fem.form).parameters
     key = "jit_options" if "jit_options" in parameters else "jit_params"
     return {key: options}
+
+
+def facet_measure(mesh: Any, facets: np.ndarray, metadata: dict[str, Any]) -> Any:
+    """Integration over some of the exterior facets (local numbers, sorted)."""
+    tags = dolfinx.mesh.meshtags(mesh, 1, facets, np.ones(len(facets), dtype=np.int32))
+    return ufl.Measure("ds", domain=mesh, subdomain_data=tags, metadata=metadata)(1)
+
+
+def scatter_reverse_add(function: Any) -> None:
+    """Add the ghost values of a function to their owners. Collective."""
+    mode = getattr(dolfinx.la, "InsertMode", None) or dolfinx.la.ScatterMode
+    function.x.scatter_reverse(mode.add)

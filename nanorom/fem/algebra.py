@@ -1,0 +1,116 @@
+"""Sparse algebra on the free degrees of freedom: restriction, one factorisation, many solves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import petsc as _assembly
+from petsc4py import PETSc
+
+from nanorom.errors import SolverError
+
+RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
+
+
+def assemble(form: Any) -> PETSc.Mat:
+    """Assembled matrix of a compiled bilinear form, no boundary conditions. Collective."""
+    matrix = _assembly.assemble_matrix(form)
+    matrix.assemble()
+    return matrix
+
+
+class FreeDofs:
+    """The degrees of freedom of a space that no support holds.
+
+    fixed : local numbers (unrolled, ghosts included) of the supported degrees of freedom.
+    """
+
+    def __init__(self, space: Any, fixed: np.ndarray) -> None:
+        index_map, block = space.dofmap.index_map, space.dofmap.index_map_bs
+        self.n_owned = index_map.size_local * block
+        self.n_local = self.n_owned + index_map.num_ghosts * block
+        self.comm = space.mesh.comm
+        start = index_map.local_range[0] * block
+        free = np.ones(self.n_owned, dtype=bool)
+        free[fixed[fixed < self.n_owned]] = False
+        self.local = np.flatnonzero(free)
+        self.set = PETSc.IS().createGeneral(
+            (start + self.local).astype(PETSc.IntType), comm=self.comm
+        )
+        self.size = self.set.getSize()
+
+    def restrict(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """Rows and columns of the free degrees of freedom."""
+        return matrix.createSubMatrix(self.set, self.set)
+
+
+def use_cholesky(solver: PETSc.KSP) -> None:
+    """Make a Krylov solver a direct one: Cholesky factors of MUMPS that know their inertia."""
+    options = PETSc.Options(solver.getOptionsPrefix())
+    for control in ("mat_mumps_icntl_24", "mat_mumps_icntl_13"):
+        if not options.hasName(control):
+            options[control] = 1  # null pivots are found; no ScaLAPACK root, which hides inertia
+    solver.setType("preonly")
+    factor = solver.getPC()
+    factor.setType("cholesky")
+    factor.setFactorSolverType("mumps")
+    solver.setFromOptions()
+
+
+def negative_pivots(solver: PETSc.KSP) -> int:
+    """Number of negative eigenvalues of a factorised symmetric matrix (Sylvester's inertia)."""
+    return int(solver.getPC().getFactorMatrix().getInertia()[0])
+
+
+class Factorization:
+    """Cholesky factors of a symmetric positive definite matrix, for many right-hand sides.
+
+    Raises SolverError, which calls the matrix by its ``meaning``, if it is not positive definite.
+    """
+
+    def __init__(self, matrix: PETSc.Mat, prefix: str, meaning: str) -> None:
+        self.matrix = matrix
+        self.meaning = meaning
+        self.solver = PETSc.KSP().create(matrix.comm)
+        self.solver.setOptionsPrefix(prefix)
+        self.solver.setOperators(matrix)
+        use_cholesky(self.solver)
+        try:
+            self.solver.setUp()
+        except PETSc.Error as error:
+            raise SolverError(f"the {meaning} cannot be factorised: {error}") from error
+        negative = negative_pivots(self.solver)
+        if negative:
+            raise SolverError(f"the {meaning} is not positive definite: {negative} negative pivots")
+
+    def solve(self, right_hand_sides: np.ndarray) -> np.ndarray:
+        """Solutions (owned rows, m) for right-hand sides (owned rows, m), all at once. Collective.
+
+        Raises SolverError if a relative residual exceeds `RESIDUAL_TOLERANCE`.
+        """
+        b = self._dense(right_hand_sides)
+        x = self._dense(np.zeros_like(right_hand_sides))
+        self.solver.getPC().getFactorMatrix().matSolve(b, x)
+        solution = np.array(x.getDenseArray())
+        self.matrix.matMult(x, b)
+        residual = b.getDenseArray() - right_hand_sides
+        size = np.array([np.sum(residual**2), np.sum(right_hand_sides**2)])
+        size = self.matrix.comm.tompi4py().allreduce(size)
+        b.destroy()
+        x.destroy()
+        if not size[0] <= RESIDUAL_TOLERANCE**2 * size[1]:
+            raise SolverError(
+                f"the {self.meaning} was solved to a relative residual of "
+                f"{np.sqrt(size[0] / size[1]):.1e} only; check the mesh for degenerate cells"
+            )
+        return solution
+
+    def _dense(self, columns: np.ndarray) -> PETSc.Mat:
+        n_local, n_columns = columns.shape
+        sizes = ((n_local, self.matrix.getSize()[0]), (PETSc.DECIDE, n_columns))
+        matrix = PETSc.Mat().createDense(sizes, comm=self.matrix.comm)
+        matrix.setUp()
+        matrix.getDenseArray()[:] = columns
+        matrix.assemble()
+        return matrix

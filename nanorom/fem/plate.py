@@ -1,0 +1,135 @@
+"""Von Karman plate and membrane: one energy, everything else is its derivatives.
+
+    Pi = int 1/2 E:C:E + N0:(1/2 grad w (x) grad w) + 1/2 kappa:D:kappa,
+    E = sym grad u + 1/2 grad w (x) grad w,   kappa = grad grad w
+
+with the in-plane displacement u and the deflection w (PHYSICS of the paper's step I; the pre-stress
+N0 is in equilibrium, so its product with sym grad u vanishes).  Kirchhoff bending on Lagrange
+elements is made consistent and coercive by C0 interior penalty (Engel et al. 2002,
+doi:10.1016/S0045-7825(02)00286-4) with the local penalty of Bringmann, Carstensen and Streitberger
+(2023, doi:10.1515/jnma-2022-0117), which leaves no constant to tune.
+
+Everything is non-dimensional: lengths in the scene's length, membrane stiffness in E h, tension
+and bending stiffness in the scene's scale of tension.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import ufl
+from dolfinx import fem
+from ufl.geometry import FacetJacobianDeterminant
+
+from nanorom.fem import compat
+from nanorom.fem.mesh import Domain
+
+COERCIVITY = 2.0  # factor a > 1 of the penalty; the margin covers curved cells
+
+
+def membrane_stress(strain: Any, nu: Any) -> Any:
+    """Membrane force C:E per E h of an isotropic film in plane stress."""
+    return ((1 - nu) * strain + nu * ufl.tr(strain) * ufl.Identity(2)) / (1 - nu**2)
+
+
+def membrane_strain(u: Any, w: Any) -> Any:
+    """Von Karman strain of in-plane displacement u and deflection w."""
+    slope = ufl.grad(w)
+    return ufl.sym(ufl.grad(u)) + 0.5 * ufl.outer(slope, slope)
+
+
+class Plate:
+    """Function spaces and energies of a plate or membrane on a domain.
+
+    Parameters
+    ----------
+    domain : the mesh and its tagged boundary.
+    degree : of the deflection and of the in-plane displacement.
+    clamped, pinned : names of the boundary curves where the film is clamped or simply supported;
+        on both w = 0 and u = 0, the others are free.
+    bending : with bending stiffness (plate) or without (membrane).
+    """
+
+    def __init__(
+        self, domain: Domain, degree: int, clamped: list[str], pinned: list[str], bending: bool
+    ) -> None:
+        mesh = domain.mesh
+        self.domain = domain
+        self.degree = degree
+        self.bending = bending
+        self.supported = domain.facets_of([*clamped, *pinned])
+        self.clamped = domain.facets_of(clamped)
+        self.deflections = compat.lagrange_space(mesh, degree)
+        self.in_plane = compat.lagrange_space(mesh, degree, components=2)
+        self.w = fem.Function(self.deflections)
+        self.u = fem.Function(self.in_plane)
+        self.tension_x = fem.Constant(mesh, 1.0)
+        self.tension_y = fem.Constant(mesh, 1.0)
+        self.bending_stiffness = fem.Constant(mesh, 0.0)
+        self.nu = fem.Constant(mesh, 0.0)
+        self.membrane_stiffness = fem.Constant(mesh, 1.0)
+
+    # -- energies -------------------------------------------------------------------------------
+
+    def dx(self, degree: int) -> Any:
+        """Integration over the film, exact for polynomials of a degree on straight cells."""
+        return ufl.dx(self.domain.mesh, metadata={"quadrature_degree": degree})
+
+    def stretching_energy(self, u: Any, w: Any) -> Any:
+        """1/2 int E:C:E, quadratic in u and quartic in w."""
+        strain = membrane_strain(u, w)
+        density = ufl.inner(strain, membrane_stress(strain, self.nu))
+        return 0.5 * self.membrane_stiffness * density * self.dx(4 * (self.degree - 1) + 2)
+
+    def tension_energy(self, w: Any) -> Any:
+        """1/2 int N0:(grad w (x) grad w)."""
+        density = self.tension_x * w.dx(0) ** 2 + self.tension_y * w.dx(1) ** 2
+        return 0.5 * density * self.dx(2 * self.degree)
+
+    def bending_energy(self, w: Any) -> Any:
+        """C0-interior-penalty energy of Kirchhoff bending, clamped edges included (Nitsche)."""
+        mesh = self.domain.mesh
+        normal = ufl.FacetNormal(mesh)
+        facet_by_area = FacetJacobianDeterminant(mesh) / abs(ufl.JacobianDeterminant(mesh))
+        # 3 a k (k - 1) / 8 per side of an interior facet, times h_E/|T| = 2 |J_E|/|J_T|
+        side = COERCIVITY * 0.75 * self.degree * (self.degree - 1) * facet_by_area
+
+        def moment(v: Any) -> Any:
+            curvature = ufl.grad(ufl.grad(v))
+            return (1 - self.nu) * curvature + self.nu * ufl.tr(curvature) * ufl.Identity(2)
+
+        def normal_moment(v: Any) -> Any:
+            return ufl.dot(normal, ufl.dot(moment(v), normal))
+
+        quadrature = {"quadrature_degree": 2 * self.degree}
+        inside = ufl.dS(mesh, metadata=quadrature)
+        edge = compat.facet_measure(mesh, self.clamped, quadrature)
+        slope = ufl.dot(ufl.grad(w), normal)
+        kink = slope("+") + slope("-")
+        bulk = 0.5 * ufl.inner(moment(w), ufl.grad(ufl.grad(w))) * self.dx(2 * self.degree)
+        average = 0.5 * (normal_moment(w)("+") + normal_moment(w)("-"))
+        interior = (-average * kink + 0.5 * (side("+") + side("-")) * kink**2) * inside
+        clamped = (-normal_moment(w) * slope + 0.5 * 4 * side * slope**2) * edge
+        return self.bending_stiffness * (bulk + interior + clamped)
+
+    def linear_energy(self, w: Any) -> Any:
+        """Energy about the flat pre-stressed state, quadratic in w."""
+        energy = self.tension_energy(w)
+        return energy + self.bending_energy(w) if self.bending else energy
+
+    # -- their derivatives ----------------------------------------------------------------------
+
+    def stiffness_form(self) -> Any:
+        """Transverse stiffness K: second derivative of the linear energy."""
+        first = ufl.derivative(self.linear_energy(self.w), self.w)
+        return ufl.derivative(first, self.w)
+
+    def mass_form(self) -> Any:
+        """Transverse mass per rho h."""
+        trial, test = ufl.TrialFunction(self.deflections), ufl.TestFunction(self.deflections)
+        return trial * test * self.dx(2 * self.degree)
+
+    def in_plane_form(self) -> Any:
+        """In-plane stiffness: second derivative of the stretching energy in u."""
+        first = ufl.derivative(self.stretching_energy(self.u, self.w), self.u)
+        return ufl.derivative(first, self.u)

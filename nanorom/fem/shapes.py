@@ -1,0 +1,163 @@
+"""Mode shapes made unique: oriented by the symmetry axes, scaled to max|phi| = 1, signed, named.
+
+An eigensolver returns a degenerate pair in any rotation and any mode with any sign and scale.
+Tensors can be compared between two runs, two meshes and two rank counts only after these rules:
+
+* within a cluster of equal frequencies, shapes are those that a slightly larger tension along x
+  would select, and where it selects none, those even or odd about the x axis;
+* max|phi| = 1 for the true maximum of the finite-element function, not its largest node;
+* phi > 0 where |phi| is largest; of several such points, the one of smallest angle from +x.
+"""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.fem import compat, quadrature
+from nanorom.fem.modes import Modes
+from nanorom.fem.plate import Plate
+
+SPLIT = 1e-3  # of the anisotropy (between -1 and 1), below which it does not decide
+TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decides
+ANGLE_TIE = 1e-6
+NEWTON_STEPS = 8
+
+
+def orient(modes: Modes) -> Modes:
+    """Rotate every degenerate cluster to the symmetry axes of the scene. Collective."""
+    shapes = modes.shapes.copy()
+    for group in modes.clusters():
+        if len(group) > 1:
+            shapes[:, group] = _rotate(modes.plate, shapes[:, group])
+    return attrs.evolve(modes, shapes=shapes)
+
+
+def _rotate(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+    """Basis of a degenerate space in which the orienting forms are diagonal, one after the other.
+
+    The first is the split that a difference of tension along x and y would make; the second, with
+    every angular harmonic 2p even about both axes, separates cos(p theta) from sin(p theta).
+    """
+    gradient, anisotropy, harmonic = _orienting_forms(plate, shapes)
+    lower = np.linalg.inv(np.linalg.cholesky(gradient))
+    values, vectors = np.linalg.eigh(lower @ anisotropy @ lower.T)
+    vectors = lower.T @ vectors
+    for group in np.split(np.arange(len(values)), np.flatnonzero(np.diff(values) > SPLIT) + 1):
+        basis = vectors[:, group]
+        vectors[:, group] = basis @ np.linalg.eigh(basis.T @ harmonic @ basis)[1]
+    return shapes @ vectors
+
+
+def _orienting_forms(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+    """int |grad phi|^2, int phi_x^2 - phi_y^2 and int g phi^2 as matrices (3, n, n)."""
+    centre, radius = extent(plate)
+    forms = np.zeros((3, shapes.shape[1], shapes.shape[1]))
+    for field in quadrature.fields(plate, 2 * plate.degree + 2):
+        slopes = field.gradient(shapes)
+        z2 = (((field.points - centre) / radius) @ np.array([1, 1j])) ** 2
+        g = np.real(z2 / (1 - 0.9 * z2))  # sum of 0.9^(p - 1) r^2p cos(2 p theta)
+        value = field.value(shapes)
+        x, y = (_gram(field.weights, slopes[:, :, d]) for d in (0, 1))
+        forms += [x + y, x - y, _gram(field.weights * g, value)]
+    return plate.domain.comm.allreduce(forms)
+
+
+def _gram(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """sum_q weight value value^T of values (c, q, n)."""
+    return np.einsum("cq,cqi,cqj->ij", weights, values, values, optimize=True)
+
+
+def extent(plate: Plate) -> tuple[np.ndarray, float]:
+    """Centre (2,) and half diagonal of the film's bounding box... of a disc: its radius."""
+    x = plate.domain.mesh.geometry.x[:, :2]
+    comm = plate.domain.comm
+    low = -comm.allreduce(-x.min(axis=0), op=MPI.MAX)
+    high = comm.allreduce(x.max(axis=0), op=MPI.MAX)
+    return (low + high) / 2, float((high - low).max() / 2)
+
+
+# -- scale and sign -------------------------------------------------------------------------------
+
+
+def normalise(modes: Modes) -> Modes:
+    """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective."""
+    peaks = _peaks(modes.plate, modes.shapes)
+    return attrs.evolve(modes, shapes=modes.shapes / peaks)
+
+
+def _peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+    """Signed value (n,) of every shape at its largest |phi| of smallest angle from +x."""
+    mode, point, value = _extrema(plate, shapes)
+    gathered = plate.domain.comm.allgather((mode, point, value))
+    mode, point, value = (np.concatenate(parts) for parts in zip(*gathered))
+    centre, radius = extent(plate)
+    away = point - centre
+    angle = np.mod(np.arctan2(away[:, 1], away[:, 0]) + ANGLE_TIE, 2 * np.pi)
+    angle[np.linalg.norm(away, axis=1) < ANGLE_TIE * radius] = 0.0
+    peaks = np.empty(shapes.shape[1])
+    for i in range(len(peaks)):
+        mine = mode == i
+        largest = np.abs(value[mine]).max()
+        tied = np.abs(value[mine]) > (1 - TIE) * largest
+        first = angle[mine][tied].argmin()
+        peaks[i] = largest * np.sign(value[mine][tied][first])
+    return peaks
+
+
+def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Local extrema near the largest |phi|: mode (m,), point (m, 2), value (m,)."""
+    lattice = _lattice(2 * plate.degree)
+    weights = np.zeros(len(lattice))
+    cells, starts, sizes = [], [], []
+    n_modes = shapes.shape[1]
+    for field in quadrature.fields_at(plate, lattice, weights, columns=n_modes):
+        size = np.abs(field.value(shapes))
+        starts.append(size.argmax(axis=1))
+        sizes.append(size.max(axis=1))
+        cells.append(field.cells)
+    size = np.concatenate(sizes) if sizes else np.zeros((0, n_modes))
+    start = np.concatenate(starts) if starts else np.zeros((0, n_modes), dtype=int)
+    largest = plate.domain.comm.allreduce(size.max(axis=0, initial=0.0), op=MPI.MAX)
+    cell, mode = np.nonzero(size > 0.95 * largest)
+    reference = _climb(plate, cell, shapes[:, mode], lattice[start[cell, mode]])
+    basis = compat.reference_element(plate.degree).tabulate(0, reference)
+    basis = np.asarray(basis).reshape(len(cell), -1)
+    local = shapes[compat.cell_dofs(plate.deflections)[cell], mode[:, None]]
+    value = np.sum(basis * local, axis=1)
+    point = np.empty((len(cell), 2))
+    for i in range(len(cell)):
+        point[i] = quadrature.map_cells(plate, cell[i : i + 1], reference[i : i + 1])[0][0, 0]
+    return mode, point, value
+
+
+def _lattice(n: int) -> np.ndarray:
+    """Reference points (i/n, j/n) of a triangle."""
+    i, j = np.mgrid[: n + 1, : n + 1]
+    inside = i + j <= n
+    return np.column_stack([i[inside], j[inside]]) / n
+
+
+def _climb(
+    plate: Plate, cell: np.ndarray, shapes: np.ndarray, start: np.ndarray
+) -> np.ndarray:
+    """Newton steps from lattice points to the extrema of shapes (dofs, m) in cells (m,).
+
+    A step that leaves the triangle is pulled back to it: an extremum outside belongs to a
+    neighbour, which climbs to it itself.
+    """
+    element = compat.reference_element(plate.degree)
+    local = shapes[compat.cell_dofs(plate.deflections)[cell], np.arange(len(cell))[:, None]]
+    x = start.copy()
+    for _ in range(NEWTON_STEPS):
+        basis = np.asarray(element.tabulate(2, x)).reshape(6, len(cell), -1)
+        _, gx, gy, hxx, hxy, hyy = np.einsum("kmn,mn->km", basis, local)
+        determinant = hxx * hyy - hxy**2
+        definite = determinant > 0
+        determinant = np.where(definite, determinant, 1.0)
+        step = -np.column_stack([hyy * gx - hxy * gy, hxx * gy - hxy * gx]) / determinant[:, None]
+        x = x + np.where(definite[:, None], step, 0.0)
+        x = np.clip(x, 0.0, 1.0)
+        x /= np.maximum(x.sum(axis=1), 1.0)[:, None]
+    return x
