@@ -1,0 +1,120 @@
+"""Quantities with units to SI numbers, at the border of the program and nowhere else."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import re
+from decimal import Decimal
+from functools import lru_cache
+from typing import Any
+
+from nanorom.errors import SceneError
+
+# SI unit -> what it measures, and an example as a user would write it
+MEANINGS = {
+    "1": ("a plain number", "0.16"),
+    "m": ("a length", "2.5 um"),
+    "Pa": ("a pressure", "410 GPa"),
+    "kg/m^3": ("a density", "2267 kg/m^3"),
+    "N/m": ("a tension", "0.3 N/m"),
+    "Hz": ("a frequency", "20 MHz"),
+    "Pa/m": ("a pressure per length", "1 Pa/nm"),
+}
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
+_UNIT = r"[^\W\d_][^\W\d]*(?:\s*(?:\^|\*\*)\s*-?\d|[²³])?"
+_QUANTITY = re.compile(rf"({_NUMBER})\s*((?:1\s*/\s*)?{_UNIT}(?:\s*[*/·\s]\s*{_UNIT})*)?")
+_LONGEST = 80  # characters of a quantity; more is a mistake, and parsing must stay cheap
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    """The pint registry, made when the first quantity with a unit is read (pint is slow to load)."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)  # "2.5 um" is then exactly the float 2.5e-6
+
+
+def to_si(value: Any, unit: str, key: str) -> float:
+    """Read a quantity as a finite SI number.
+
+    Parameters
+    ----------
+    value : string with a unit ("2.5 um"), pint quantity, or real number already in ``unit``.
+    unit : the SI unit of the result, "1" for plain numbers.
+    key : where the value stands, for the message ("material.youngs_modulus").
+
+    Raises
+    ------
+    SceneError
+        If the value is no number, not finite, or of another dimension.
+    """
+    if isinstance(value, str):
+        number = _from_text(value, unit, key)
+    elif hasattr(value, "to_base_units"):
+        number = _from_text(f"{float(value.magnitude)!r} {value.units:C}", unit, key)
+    elif isinstance(value, numbers.Real) and not isinstance(value, bool):
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+    else:
+        raise wrong(key, value, _allowed(unit))
+    if not math.isfinite(number):
+        raise wrong(key, value, f"{_allowed(unit)}, and finite")
+    return number
+
+
+def wrong(key: str, found: Any, allowed: str) -> SceneError:
+    """The error every bad value gets: the key, what was found, what is allowed."""
+    return SceneError(f"{key}: found {_shown(found)}; allowed: {allowed}")
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
+
+
+def _allowed(unit: str) -> str:
+    meaning, example = MEANINGS[unit]
+    return meaning if unit == "1" else f'{meaning} such as "{example}", or a number in {unit}'
+
+
+def _from_text(text: str, unit: str, key: str) -> float:
+    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= _LONGEST else None
+    if match is None:
+        raise wrong(key, text, _allowed(unit))
+    number, name = Decimal(match[1]), match[2]
+    if name is None:
+        if unit == "1":
+            return float(number)
+        raise SceneError(f"{key}: found {text!r} without a unit; allowed: {_allowed(unit)}")
+    factor, dimension = _factor(name, key)
+    expected = {} if unit == "1" else _factor(unit, key)[1]
+    if dimension != expected:
+        kind = "an angular unit" if "[angle]" in dimension else "of another dimension"
+        raise SceneError(f"{key}: found {text!r}, {kind}; allowed: {_allowed(unit)}")
+    return float(number * factor)
+
+
+@lru_cache(maxsize=256)
+def _factor(name: str, key: str) -> tuple[Decimal, dict[str, float]]:
+    """Factor to SI and dimension of a unit; an angle counts as one, else rad/s would pass as Hz."""
+    import pint
+
+    micro = name.replace("\u03bc", "\u00b5").replace("·", "*")  # the Greek letter and the sign
+    try:
+        unit, double = (_registry().Quantity(Decimal(n), micro).to_base_units() for n in (1, 2))
+    except pint.UndefinedUnitError:
+        raise SceneError(f"{key}: found unknown unit {name!r}") from None
+    except (pint.errors.PintError, ArithmeticError, ValueError, TypeError, AttributeError):
+        raise SceneError(f"{key}: found {name!r}, which cannot be read as a unit") from None
+    if double.magnitude != 2 * unit.magnitude:
+        raise SceneError(f"{key}: found {name!r}, a unit with an offset or a logarithmic one")
+    dimension = {str(k): float(v) for k, v in dict(unit.dimensionality).items()}
+    if "radian" in str(unit.units):
+        dimension["[angle]"] = 1.0
+    return Decimal(unit.magnitude), dimension
