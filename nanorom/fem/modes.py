@@ -33,14 +33,10 @@ class Modes:
     mass: PETSc.Mat
     free: algebra.FreeDofs
 
-    def clusters(self) -> list[np.ndarray]:
-        """Groups of modes whose eigenvalues coincide."""
-        return clusters(self.eigenvalues)
 
-
-def clusters(eigenvalues: np.ndarray) -> list[np.ndarray]:
-    """Split sorted eigenvalues where neighbours differ by more than `DEGENERATE`."""
-    gaps = np.diff(eigenvalues) > DEGENERATE * np.abs(eigenvalues[1:])
+def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.ndarray]:
+    """Split sorted eigenvalues where neighbours differ by more than a relative tolerance."""
+    gaps = np.diff(eigenvalues) > tolerance * np.abs(eigenvalues[1:])
     return np.split(np.arange(len(eigenvalues)), np.flatnonzero(gaps) + 1)
 
 

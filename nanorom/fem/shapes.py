@@ -21,14 +21,15 @@ from nanorom.fem.plate import Plate
 
 SPLIT = 1e-3  # of the anisotropy (between -1 and 1), below which it does not decide
 TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decides
-ANGLE_TIE = 1e-6
+ANGLE_TIE = 0.02  # radians below the +x axis that still count as on it
+CENTRE = 1e-3  # of the film's half width: points nearer to its centre have no angle
 NEWTON_STEPS = 8
 
 
-def orient(modes: Modes) -> Modes:
-    """Rotate every degenerate cluster to the symmetry axes of the scene. Collective."""
+def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
+    """Rotate every group of modes of equal frequency to the symmetry axes. Collective."""
     shapes = modes.shapes.copy()
-    for group in modes.clusters():
+    for group in groups:
         if len(group) > 1:
             shapes[:, group] = _rotate(modes.plate, shapes[:, group])
     return attrs.evolve(modes, shapes=shapes)
@@ -69,12 +70,17 @@ def _gram(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.einsum("cq,cqi,cqj->ij", weights, values, values, optimize=True)
 
 
-def extent(plate: Plate) -> tuple[np.ndarray, float]:
-    """Centre (2,) and half diagonal of the film's bounding box... of a disc: its radius."""
+def bounding_box(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
+    """Lower left and upper right corner (2,) of the film. Collective."""
     x = plate.domain.mesh.geometry.x[:, :2]
-    comm = plate.domain.comm
-    low = -comm.allreduce(-x.min(axis=0), op=MPI.MAX)
-    high = comm.allreduce(x.max(axis=0), op=MPI.MAX)
+    corners = np.concatenate([-x.min(axis=0), x.max(axis=0)])
+    plate.domain.comm.Allreduce(MPI.IN_PLACE, corners, op=MPI.MAX)
+    return -corners[:2], corners[2:]
+
+
+def extent(plate: Plate) -> tuple[np.ndarray, float]:
+    """Centre (2,) of the film and half its longer side: of a disc, its radius. Collective."""
+    low, high = bounding_box(plate)
     return (low + high) / 2, float((high - low).max() / 2)
 
 
@@ -95,7 +101,7 @@ def _peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
     centre, radius = extent(plate)
     away = point - centre
     angle = np.mod(np.arctan2(away[:, 1], away[:, 0]) + ANGLE_TIE, 2 * np.pi)
-    angle[np.linalg.norm(away, axis=1) < ANGLE_TIE * radius] = 0.0
+    angle[np.linalg.norm(away, axis=1) < CENTRE * radius] = 0.0
     peaks = np.empty(shapes.shape[1])
     for i in range(len(peaks)):
         mine = mode == i
@@ -119,7 +125,8 @@ def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
         cells.append(field.cells)
     size = np.concatenate(sizes) if sizes else np.zeros((0, n_modes))
     start = np.concatenate(starts) if starts else np.zeros((0, n_modes), dtype=int)
-    largest = plate.domain.comm.allreduce(size.max(axis=0, initial=0.0), op=MPI.MAX)
+    largest = size.max(axis=0, initial=0.0)
+    plate.domain.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
     cell, mode = np.nonzero(size > 0.95 * largest)
     reference = _climb(plate, cell, shapes[:, mode], lattice[start[cell, mode]])
     basis = compat.reference_element(plate.degree).tabulate(0, reference)

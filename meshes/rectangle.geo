@@ -1,0 +1,31 @@
+// Rectangular membrane or plate, graded towards its edges: n_x by n_y split quadrilaterals.
+// gmsh -2 rectangle.geo -setnumber length 100e-6 -setnumber width 50e-6
+DefineConstant[
+  length = {1,   Name "Parameters/length"},   // along x
+  width  = {1,   Name "Parameters/width"},    // along y
+  n_x    = {4,   Name "Parameters/n_x"},      // cells along x (even)
+  n_y    = {4,   Name "Parameters/n_y"},      // cells along y (even)
+  bump_x = {1,   Name "Parameters/bump_x"},   // < 1: smaller cells at the ends in x
+  bump_y = {1,   Name "Parameters/bump_y"}    // < 1: smaller cells at the ends in y
+];
+
+Point(1) = {-length / 2, -width / 2, 0};
+Point(2) = { length / 2, -width / 2, 0};
+Point(3) = { length / 2,  width / 2, 0};
+Point(4) = {-length / 2,  width / 2, 0};
+Line(1) = {1, 2};
+Line(2) = {2, 3};
+Line(3) = {3, 4};
+Line(4) = {4, 1};
+Transfinite Curve {1, 3} = n_x + 1 Using Bump bump_x;
+Transfinite Curve {2, 4} = n_y + 1 Using Bump bump_y;
+
+Curve Loop(1) = {1, 2, 3, 4};
+Plane Surface(1) = {1};
+Transfinite Surface {1} Alternate;
+
+Physical Surface("film") = {1};
+Physical Curve("bottom") = {1};
+Physical Curve("right") = {2};
+Physical Curve("top") = {3};
+Physical Curve("left") = {4};
