@@ -1,0 +1,180 @@
+"""Taylor series of a solution branch: the asymptotic numerical method.
+
+With X(a) = sum X_k a^k and rate(a) = sum rate_k a^k in R(X, rate) = 0, every order is a linear system with
+the same matrix, so one LU factorisation gives some twenty derivatives of the branch. The parameter a is the
+distance along the previous tangent. Source: Cochelin and Vergez 2009, doi:10.1016/j.jsv.2009.01.054
+(there with a quadratic recast; here the cubic force is expanded directly).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .balance import BorderedFactors, HarmonicBalance
+from .system import Array
+
+ORDER = 20
+
+
+@dataclass(eq=False)
+class Series:
+    """One step of a branch: polynomials of the parameter a on [start, length]."""
+
+    balance: HarmonicBalance
+    coefficients: Array  # (order + 1, n) of the packed unknowns
+    rates: Array  # (order + 1,)
+    length: float
+    start: float = 0.0
+    powers: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.powers = np.arange(len(self.rates))
+
+    def at(self, a: float) -> tuple[Array, float]:
+        """Basis coefficients (rows, modes) and rate at a."""
+        weights = a**self.powers
+        return self.balance.basis.unpack(weights @ self.coefficients), float(weights @ self.rates)
+
+    def packed(self, a: float) -> Array:
+        return np.asarray(a**self.powers @ self.coefficients)
+
+    def rate(self, a: float | Array) -> float | Array:
+        return np.polynomial.polynomial.polyval(a, self.rates)  # type: ignore[no-any-return]
+
+    def rate_slope(self, a: float) -> float:
+        k = self.powers[1:]
+        return float((k * self.rates[1:]) @ a ** (k - 1.0))
+
+    def tangent(self, a: float) -> Array:
+        """Unit tangent (n + 1,) of the branch at a."""
+        k = self.powers[1:]
+        weights = k * a ** (k - 1.0)
+        direction = np.append(weights @ self.coefficients[1:], weights @ self.rates[1:])
+        return np.asarray(direction / np.linalg.norm(direction))
+
+
+class SeriesExpansion:
+    """Work space for the recursion on one harmonic balance; buffers are reused from step to step."""
+
+    def __init__(self, balance: HarmonicBalance, order: int = ORDER) -> None:
+        self.balance, self.order = balance, order
+        n, size = balance.basis.samples, balance.size
+        rows = balance.basis.shape[0]
+        self.forward = np.zeros((n, order + 1, size))
+        self.backward = np.zeros((n, order + 1, size))
+        self.secants = np.zeros((n, order + 1, size * size))
+        self.orders = np.zeros((order + 1, rows, size))
+        if balance.has_loss:
+            self.losses = np.zeros((n, order + 1, size * size))
+            self.velocity = np.zeros((n, order + 1, size))
+            self.friction = np.zeros((order + 1, n, size))
+        by_last = balance.cubic.reshape(size, size, size, size).transpose(2, 0, 1, 3)
+        self.cubic_by_last = np.ascontiguousarray(by_last).reshape(size, size * size * size)
+
+    def expand(self, x: Array, rate: float, factors: BorderedFactors) -> tuple[Array, Array]:
+        """Coefficients (order + 1, n) and rates (order + 1,) of the branch through (x, rate)."""
+        balance, basis = self.balance, self.balance.basis
+        size, order = balance.size, self.order
+        rates = np.zeros(order + 1)
+        squares = np.zeros(order + 1)
+        rates[0], squares[0] = rate, rate * rate
+        packed = np.zeros((order + 1, basis.size))
+        packed[0] = basis.pack(x)
+        self._store(0, x)
+        v0 = self.forward[:, 0].copy()
+        self.secants[:, 0] = balance.secant(v0)
+        cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(-1, size * size, size)
+        if balance.has_loss:
+            self._store_friction(0)
+        rhs = np.zeros(basis.size + 1)
+        for k in range(1, order + 1):
+            rhs[-1] = 1.0 if k == 1 else 0.0
+            pairs = None
+            if k > 1:
+                pairs = np.matmul(self.forward[:, 1:k].transpose(0, 2, 1), self.backward[:, order - k + 1 : order])
+                squares[k] = rates[1:k] @ rates[k - 1 : 0 : -1]
+                rhs[:-1] = -basis.pack(self._known(k, pairs, cubic_at_v0, rates, squares))
+            solution = factors.solve(rhs)
+            packed[k] = solution[:-1]
+            rates[k] = solution[-1]
+            squares[k] += 2.0 * rate * rates[k]
+            if k < order:
+                self._store(k, basis.unpack(packed[k]))
+                self._complete(k, pairs, v0)
+                if balance.has_loss:
+                    self._store_friction(k)
+        return packed, rates
+
+    def _store(self, k: int, x: Array) -> None:
+        self.orders[k] = x
+        v = self.balance.basis.synthesis @ x
+        self.forward[:, k] = v
+        self.backward[:, self.order - k] = v
+        if self.balance.has_loss:
+            self.velocity[:, self.order - k] = self.balance.basis.synthesis @ self.balance.derivative(x)
+
+    def _known(self, k: int, pairs: Array, cubic_at_v0: Array, rates: Array, squares: Array) -> Array:
+        """Terms of order k that do not contain the unknowns of order k."""
+        balance, basis = self.balance, self.balance.basis
+        size = balance.size
+        n = len(pairs)
+        past = slice(self.order - k + 1, self.order)
+        force = np.matmul(
+            self.backward[:, past].reshape(n, 1, -1), self.secants[:, 1:k].reshape(n, (k - 1) * size, size)
+        )
+        force += np.matmul(pairs.reshape(n, 1, -1), cubic_at_v0)
+        samples = force[:, 0, :]
+        if balance.has_loss:
+            partial = (pairs.reshape(n, -1) @ balance.loss).reshape(n, size, size)
+            y = np.matmul(self.velocity[:, self.order][:, None, :], partial)
+            y += np.matmul(
+                self.velocity[:, past].reshape(n, 1, -1), self.losses[:, 1:k].reshape(n, (k - 1) * size, size)
+            )
+            samples = samples + rates[0] * y[:, 0, :]
+            samples += np.tensordot(rates[k - 1 : 0 : -1], self.friction[1:k], axes=1)
+        mixed = np.stack([squares[k - 1 : 0 : -1], rates[k - 1 : 0 : -1]]) @ self.orders[1:k].reshape(k - 1, -1)
+        mixed = mixed.reshape(2, -1, size)
+        known = basis.second_weight * (mixed[0] + squares[k] * self.orders[0])
+        known += balance.derivative(mixed[1]) @ balance.damping_t
+        known += basis.analysis @ samples
+        return np.asarray(known)
+
+    def _complete(self, k: int, pairs: Array | None, v0: Array) -> None:
+        """Secant matrices (and losses) of order k, now that the unknowns of order k are there."""
+        balance = self.balance
+        v = self.forward[:, k]
+        outer = v0[:, :, None] * v[:, None, :]
+        total = outer + outer.transpose(0, 2, 1)
+        if pairs is not None:
+            total += pairs
+        flat = total.reshape(len(v), -1)
+        np.matmul(flat, balance.cubic, out=self.secants[:, k])
+        if balance.has_quadratic:
+            self.secants[:, k] += v @ balance.quadratic
+        if balance.has_loss:
+            np.matmul(flat, balance.loss, out=self.losses[:, k])
+
+    def _store_friction(self, k: int) -> None:
+        """y_k = sum_i W_i z_(k-i), the damping force of order k before the factor rate."""
+        size = self.balance.size
+        if k == 0:
+            v0 = self.forward[:, 0]
+            self.losses[:, 0] = self.balance.products(v0) @ self.balance.loss
+        n = len(self.losses)
+        z = self.velocity[:, self.order - k :].reshape(n, 1, -1)
+        w = self.losses[:, : k + 1].reshape(n, (k + 1) * size, size)
+        self.friction[k] = np.matmul(z, w)[:, 0, :]
+
+
+def convergence_length(packed: Array, rates: Array, scale: float, tolerance: float) -> float:
+    """Length on which the truncated series is right to `tolerance` times `scale`, from its last terms."""
+    lengths = []
+    for k in (len(rates) - 2, len(rates) - 1):
+        size = float(np.abs(packed[k]).max())
+        if size > 0:
+            lengths.append((tolerance * scale / size) ** (1.0 / k))
+        if rates[k] != 0:
+            lengths.append((tolerance * abs(rates[0]) / abs(rates[k])) ** (1.0 / k))
+    return min(lengths, default=np.inf)

@@ -1,0 +1,142 @@
+"""First orbits: of the base branch (from rest, ramping the drive) and of branches that bifurcate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from nanorom.errors import ContinuationError
+
+from .balance import HarmonicBalance, NewtonFailure
+from .harmonics import Support, basis_for, close_support, full_support, stretch
+from .series import Series
+from .system import Array, ScaledSystem
+from .trace import Orbit, Settings, Tracer, real_roots
+
+
+def first_orbit(tracer: Tracer, omega: float) -> Orbit:
+    """The orbit reached from rest at `omega` by raising the drive."""
+    p = tracer.period_multiple
+    orbit = Orbit(np.zeros((2 * p * 2 + 1, tracer.system.size)), omega / p, p)
+    if not tracer.support.table.any():
+        return orbit
+    level, step = 0.0, 1.0
+    while level < 1.0:
+        target = min(1.0, level + step)
+        ramped = tracer if target == 1.0 else _at_level(tracer, target)
+        try:
+            orbit, _ = ramped.solve(orbit, _fixed_rate)
+            level, step = target, 2 * step
+        except ContinuationError:
+            step /= 2
+            if step < 1e-3:
+                raise ContinuationError(
+                    f"no periodic orbit found at the start of the range (omega = {omega:.6g} of the lowest natural "
+                    "frequency); start the range farther from a resonance"
+                ) from None
+    return orbit
+
+
+def _fixed_rate(balance: HarmonicBalance) -> Array:
+    border = np.zeros(balance.basis.size + 1)
+    border[-1] = 1.0
+    return border
+
+
+def _at_level(tracer: Tracer, level: float) -> Tracer:
+    system = replace(
+        tracer.system, force=level * tracer.system.force, parametric=level * tracer.system.parametric
+    )
+    return Tracer(system, tracer.support, tracer.period_multiple, tracer.settings)
+
+
+class Bifurcation:
+    """A branch that leaves another one in a direction the parent's support does not contain."""
+
+    def __init__(self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: str, settings: Settings) -> None:
+        factor = 2 if kind == "PD" else 1
+        self.orbit = Orbit(stretch(orbit.coefficients, factor), orbit.rate / factor, orbit.period_multiple * factor)
+        self.inherited = parent.stretch(factor)
+        self.direction = self._null_vector(system)
+        numbers = (np.arange(len(self.direction)) + 1) // 2
+        table = self.inherited.table.copy()
+        present = np.abs(self.direction) > 1e-6 * np.abs(self.direction).max()
+        for residue in range(table.shape[1]):
+            table[:, residue] |= present[numbers % table.shape[1] == residue].any(axis=0)
+        self.support = close_support(system, Support(table))
+        self.tracer = Tracer(system, self.support, self.orbit.period_multiple, settings)
+
+    def _null_vector(self, system: ScaledSystem) -> Array:
+        """The critical direction (2H + 1, L) outside the parent's support, by inverse iteration."""
+        p = self.orbit.period_multiple
+        harmonics = (len(self.orbit.coefficients) - 1) // 2
+        everything = full_support(system, p)
+        basis = basis_for(everything, harmonics, p)
+        balance = HarmonicBalance(system, basis)
+        matrix = balance.jacobian_t(basis.compress(self.orbit.coefficients), self.orbit.rate).T
+        outside = np.flatnonzero(~self.inherited.rows_mask(harmonics).ravel())
+        if len(outside) == 0:
+            raise NewtonFailure("the bifurcating branch has the support of its parent")
+        block = matrix[np.ix_(outside, outside)]
+        block = block + 1e-12 * np.abs(block).max() * np.eye(len(outside))
+        vector = np.cos(1.0 + np.arange(len(outside)))  # any start that is not orthogonal
+        for _ in range(4):
+            vector = np.linalg.solve(block, vector)
+            vector /= np.linalg.norm(vector)
+        direction = np.zeros(matrix.shape[0])
+        direction[outside] = vector
+        return direction.reshape(2 * harmonics + 1, system.size)
+
+    def start(self) -> tuple[Orbit, Array]:
+        """An orbit a little off the bifurcation and the direction in which the branch goes on."""
+        for distance in (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4):
+            guess = Orbit(
+                self.orbit.coefficients + distance * self.direction, self.orbit.rate, self.orbit.period_multiple
+            )
+            try:
+                orbit, balance = self.tracer.solve(guess, self._border)
+            except ContinuationError:
+                continue
+            basis = balance.basis
+            reached = float(basis.pack(basis.compress(self.direction)) @ basis.pack(basis.compress(orbit.coefficients)))
+            if abs(reached - distance) < 1e-3 * distance and abs(orbit.rate / self.orbit.rate - 1) < 0.1:
+                return orbit, self.direction
+        raise ContinuationError("the bifurcating branch could not be started")
+
+    def _border(self, balance: HarmonicBalance) -> Array:
+        direction = balance.basis.pack(balance.basis.compress(self.direction))
+        return np.append(direction, 0.0)
+
+    def outside(self, series: Series) -> Array:
+        """Coefficients (order + 1, m) of the step in the unknowns outside the parent's support."""
+        basis = series.balance.basis
+        mask = ~self.inherited.rows_mask(basis.harmonics)[np.ix_(basis.rows, basis.modes)].ravel()
+        if basis.unknowns is not None:
+            mask = mask[basis.unknowns]
+        return np.asarray(series.coefficients[:, mask])
+
+    def begin(self, series: Series) -> None:
+        """Extend the first step back to the bifurcation."""
+        outside = self.outside(series)
+        back = real_roots_low(outside @ outside[0], series.length)
+        if back is not None:
+            series.start = back
+
+    def end(self, series: Series) -> float | None:
+        """Where the branch returns to the parent's support within the step, if it does."""
+        outside = self.outside(series)
+        roots = real_roots(outside @ outside[0], 0.0, series.length)
+        # a projection may vanish while the part itself does not
+        for root in roots:
+            part = root ** np.arange(len(outside)) @ outside
+            if np.linalg.norm(part) < 1e-3 * np.linalg.norm(outside[0]):
+                return root
+        return None
+
+
+def real_roots_low(coefficients: Array, length: float) -> float | None:
+    """The negative root closest to zero, within one step length."""
+    mirrored = coefficients * (-1.0) ** np.arange(len(coefficients))
+    roots = real_roots(mirrored, 0.0, length)
+    return -roots[0] if roots else None

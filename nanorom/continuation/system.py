@@ -1,0 +1,243 @@
+"""The modal equations of motion, from plain arrays in any units, and their scaled form.
+
+    M q'' + C q' + K q + A qq + B qqq + D q d(qq)/dt = (direct_level J + parametric_level P q) cos(omega t)
+
+Inside the package time is counted in units of the lowest natural frequency and amplitude in units of
+the displacement at which the cubic force equals the linear one, so that a diagram does not depend on
+the units of the arrays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import attrs
+import numpy as np
+from numpy.typing import NDArray
+
+from nanorom.errors import ContinuationError
+
+Array = NDArray[np.float64]
+
+
+def _array(value: object, shape: tuple[int, ...], name: str) -> Array:
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ContinuationError(f"{name}: not an array of real numbers") from None
+    if array.shape != shape:
+        raise ContinuationError(f"{name}: shape {array.shape}, expected {shape}")
+    if not np.all(np.isfinite(array)):
+        raise ContinuationError(f"{name}: contains NaN or infinite entries; check the reduction it comes from")
+    return array
+
+
+def _matrix(value: object, size: int, name: str) -> Array:
+    """A square matrix from a matrix, a diagonal or one number for all modes."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ContinuationError(f"{name}: not an array of real numbers") from None
+    if array.ndim == 0:
+        array = np.full(size, float(array))
+    if array.ndim == 1 and array.shape == (size,):
+        array = np.diag(array)
+    return _array(array, (size, size), name)
+
+
+def symmetrise_quadratic(tensor: Array) -> Array:
+    """A[r, j, k] averaged over the order of j, k: the force A qq is unchanged."""
+    return (tensor + tensor.transpose(0, 2, 1)) / 2
+
+
+def symmetrise_cubic(tensor: Array) -> Array:
+    """B[r, j, k, l] averaged over the order of j, k, l: the force B qqq is unchanged."""
+    orders = ((0, 1, 2, 3), (0, 1, 3, 2), (0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1))
+    return np.asarray(sum(tensor.transpose(order) for order in orders) / 6)
+
+
+@attrs.frozen(eq=False)
+class ModalSystem:
+    """A small polynomial modal system with direct and parametric drive, in any consistent units.
+
+    Parameters
+    ----------
+    mass : (L, L), (L,) or number, optional
+        Modal mass; the identity if left out.
+    damping : (L, L), (L,) or number
+        Viscous damping C; every mode must lose energy.
+    stiffness : (L, L), (L,) or number
+        Linear stiffness K, with positive natural frequencies.
+    quadratic : (L, L, L), optional
+        A[r, j, k]; the force on mode r is sum_jk A[r, j, k] q_j q_k.
+    cubic : (L, L, L, L), optional
+        B[r, j, k, l]; the force on mode r is sum_jkl B[r, j, k, l] q_j q_k q_l. It need not derive from a potential.
+    direct : (L,), optional
+        J, the force pattern of the direct drive at level 1.
+    parametric : (L, L) or (L,), optional
+        P, the stiffness pattern of the parametric drive at level 1 (a vector is its diagonal).
+    cubic_damping : (L, L, L, L), optional
+        D[r, j, k, l]; the force on mode r is sum_jkl D[r, j, k, l] q_l d(q_j q_k)/dt. Kelvin-Voigt: D = tau B.
+
+    Raises
+    ------
+    ContinuationError
+        for wrong shapes, NaN, non-positive natural frequencies, zero or negative damping.
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    quadratic: Array
+    cubic: Array
+    direct: Array
+    parametric: Array
+    cubic_damping: Array
+
+    def __init__(
+        self,
+        mass: object = None,
+        damping: object = None,
+        stiffness: object = None,
+        quadratic: object = None,
+        cubic: object = None,
+        direct: object = None,
+        parametric: object = None,
+        cubic_damping: object = None,
+    ) -> None:
+        if stiffness is None:
+            raise ContinuationError("stiffness: missing; give K as an (L, L) array")
+        if damping is None:
+            raise ContinuationError("damping: missing; a driven undamped mode has no steady state, give C as an (L, L) array")
+        size = self._size(stiffness, direct, cubic, quadratic)
+        shape2, shape3, shape4 = (size,) * 2, (size,) * 3, (size,) * 4
+        zero = np.zeros
+        self.__attrs_init__(
+            mass=_matrix(1.0 if mass is None else mass, size, "mass"),
+            damping=_matrix(damping, size, "damping"),
+            stiffness=_matrix(stiffness, size, "stiffness"),
+            quadratic=zero(shape3) if quadratic is None else _array(quadratic, shape3, "quadratic"),
+            cubic=zero(shape4) if cubic is None else _array(cubic, shape4, "cubic"),
+            direct=zero(size) if direct is None else _array(direct, (size,), "direct"),
+            parametric=zero(shape2) if parametric is None else _matrix(parametric, size, "parametric"),
+            cubic_damping=zero(shape4) if cubic_damping is None else _array(cubic_damping, shape4, "cubic_damping"),
+        )
+        self._check()
+
+    @staticmethod
+    def _size(*candidates: object) -> int:
+        for value in candidates:
+            if value is not None and np.ndim(value) >= 1:  # type: ignore[arg-type]
+                return int(np.shape(value)[0])  # type: ignore[arg-type]
+        return 1
+
+    def _check(self) -> None:
+        if np.linalg.eigvalsh((self.mass + self.mass.T) / 2).min() <= 0:
+            raise ContinuationError("mass: not positive definite; every modal mass must be positive")
+        squares = self.natural_frequencies_squared()
+        if squares.min() <= 0:
+            raise ContinuationError(
+                "stiffness: a natural frequency is zero, imaginary or complex; expand about a stable equilibrium"
+            )
+        losses = np.linalg.solve(self.mass, self.damping)
+        if np.diag(losses).min() <= 0 or np.linalg.eigvals(losses).real.min() <= 0:
+            raise ContinuationError(
+                "damping: zero or negative for at least one mode; a steady response needs every mode damped"
+            )
+
+    def natural_frequencies_squared(self) -> Array:
+        """Eigenvalues of M^-1 K, ascending (negative where they are not real and positive)."""
+        values = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))
+        bad = np.abs(values.imag) > 1e-9 * np.abs(values)
+        return np.sort(np.where(bad, -np.abs(values), values.real))
+
+    @property
+    def size(self) -> int:
+        """Number of modes L."""
+        return int(self.stiffness.shape[0])
+
+    def scaled(self, direct: float = 0.0, parametric: float = 0.0) -> ScaledSystem:
+        """The equations at given drive levels, divided by the mass and made non-dimensional."""
+        for name, level in (("direct", direct), ("parametric", parametric)):
+            if not np.isfinite(level):
+                raise ContinuationError(f"{name}: drive level {level} is not a finite number")
+        frequency = float(np.sqrt(self.natural_frequencies_squared()[0]))
+        inverse = np.linalg.inv(self.mass)
+
+        def over_mass(tensor: Array) -> Array:
+            return np.tensordot(inverse, tensor, axes=1)
+
+        stiffness = over_mass(self.stiffness)
+        quadratic = symmetrise_quadratic(over_mass(self.quadratic))
+        cubic = symmetrise_cubic(over_mass(self.cubic))
+        force = direct * over_mass(self.direct)
+        amplitude = _nonlinear_amplitude(stiffness, quadratic, cubic, force, frequency)
+        loss = over_mass(self.cubic_damping)
+        loss = loss + loss.transpose(0, 2, 1, 3)
+        # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
+        loss = (loss + loss.transpose(0, 1, 3, 2)) / 2
+        return ScaledSystem(
+            frequency=frequency,
+            amplitude=amplitude,
+            damping=over_mass(self.damping) / frequency,
+            stiffness=stiffness / frequency**2,
+            quadratic=quadratic * (amplitude / frequency**2),
+            cubic=cubic * (amplitude / frequency) ** 2,
+            loss=loss * (amplitude**2 / frequency),
+            force=force / (amplitude * frequency**2),
+            parametric=parametric * over_mass(self.parametric) / frequency**2,
+        )
+
+
+def _nonlinear_amplitude(stiffness: Array, quadratic: Array, cubic: Array, force: Array, frequency: float) -> float:
+    """The displacement at which the nonlinear force reaches the linear one (of the forced response if linear)."""
+    modes = np.arange(len(stiffness))
+    diagonal = np.abs(cubic[modes, modes, modes, modes])
+    squares = np.abs(np.diag(stiffness))
+    if diagonal.max() > 0:
+        return float(np.sqrt((squares[diagonal > 0] / diagonal[diagonal > 0]).max()))
+    if np.abs(cubic).max() > 0:
+        return float(frequency / np.sqrt(np.abs(cubic).max()))
+    if np.abs(quadratic).max() > 0:
+        return float(frequency**2 / np.abs(quadratic).max())
+    return float(np.abs(force).max() / frequency**2) or 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledSystem:
+    """q'' + C q' + K q + A qq + B qqq + W(q, q) q' = (f + P q) cos(omega t), non-dimensional, unit mass.
+
+    `quadratic` is symmetric in its last two and `cubic` in its last three indices; `loss[r, k, j, l]` gives
+    W_rk = sum_jl loss[r, k, j, l] q_j q_l. `frequency` and `amplitude` are the units of 1/time and displacement.
+    """
+
+    frequency: float
+    amplitude: float
+    damping: Array
+    stiffness: Array
+    quadratic: Array
+    cubic: Array
+    loss: Array
+    force: Array
+    parametric: Array
+
+    @property
+    def size(self) -> int:
+        return len(self.force)
+
+    def restrict(self, modes: Array) -> ScaledSystem:
+        """The same equations with every mode outside `modes` at rest."""
+        m = np.asarray(modes)
+        if len(m) == self.size:
+            return self
+        return ScaledSystem(
+            self.frequency,
+            self.amplitude,
+            self.damping[np.ix_(m, m)],
+            self.stiffness[np.ix_(m, m)],
+            self.quadratic[np.ix_(m, m, m)],
+            self.cubic[np.ix_(m, m, m, m)],
+            self.loss[np.ix_(m, m, m, m)],
+            self.force[m],
+            self.parametric[np.ix_(m, m)],
+        )

@@ -1,0 +1,229 @@
+"""Following one branch of periodic orbits step by step, with harmonics adapted on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from nanorom.errors import ContinuationError
+
+from .balance import HarmonicBalance, NewtonFailure
+from .harmonics import HARMONIC_LADDER, Support, basis_for
+from .series import Series, SeriesExpansion, convergence_length
+from .system import Array, ScaledSystem
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a user may tune; the defaults need no tuning.
+
+    tolerance: size of the last harmonics relative to the orbit; series: truncation error of a step;
+    depth: generations of branches that bifurcate; steps: most steps on one branch;
+    harmonics: most harmonics of the response period; reach: how far, as a factor, a bifurcating branch may
+    leave the frequency range on either side.
+    """
+
+    tolerance: float = 1e-10
+    series: float = 1e-10
+    depth: int = 1
+    steps: int = 2000
+    harmonics: int = 150
+    reach: float = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit:
+    """A periodic orbit: Fourier coefficients (2H + 1, L) in theta = omega t / period_multiple, scaled units."""
+
+    coefficients: Array
+    rate: float
+    period_multiple: int
+
+    @property
+    def omega(self) -> float:
+        return self.rate * self.period_multiple
+
+
+class Tracer:
+    """Branches of one system inside one invariant support."""
+
+    def __init__(self, system: ScaledSystem, support: Support, period_multiple: int, settings: Settings) -> None:
+        self.system, self.support, self.period_multiple = system, support, period_multiple
+        self.settings = settings
+        self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
+        self.ladder = [h for h in HARMONIC_LADDER if 2 * period_multiple <= h <= settings.harmonics * period_multiple]
+
+    def balance(self, harmonics: int) -> HarmonicBalance:
+        return self._pair(harmonics)[0]
+
+    def _pair(self, harmonics: int) -> tuple[HarmonicBalance, SeriesExpansion]:
+        if harmonics not in self._balances:
+            balance = HarmonicBalance(self.system, basis_for(self.support, harmonics, self.period_multiple))
+            self._balances[harmonics] = (balance, SeriesExpansion(balance))
+        return self._balances[harmonics]
+
+    def orbit(self, series: Series, a: float) -> Orbit:
+        x, rate = series.at(a)
+        return Orbit(series.balance.basis.expand(x, self.system.size), rate, self.period_multiple)
+
+    def spectrum(self, balance: HarmonicBalance, x: Array) -> Array:
+        """Largest coefficient of each harmonic 0 ... H."""
+        basis = balance.basis
+        sizes = np.zeros(basis.harmonics + 1)
+        np.maximum.at(sizes, basis.number, np.abs(x).max(axis=1))
+        return sizes
+
+    def tail(self, balance: HarmonicBalance, x: Array, harmonics: int | None = None) -> float:
+        """Size of the last harmonics (those above `harmonics`, if given) relative to the largest."""
+        sizes = self.spectrum(balance, x)
+        first = (balance.basis.harmonics if harmonics is None else harmonics) - 1
+        return float(sizes[first:].max() / max(sizes.max(), 1e-30))
+
+    def adapt(self, balance: HarmonicBalance, x: Array) -> int:
+        """The number of harmonics this orbit deserves."""
+        tolerance = self.settings.tolerance
+        harmonics = balance.basis.harmonics
+        position = self.ladder.index(harmonics)
+        tail = self.tail(balance, x)
+        if tail > tolerance:
+            decay = np.log(max(tail, 1e-16)) / harmonics
+            wanted = harmonics * 1.1 if decay > -1e-3 else min(np.log(tolerance) / decay, harmonics * 1.6)
+            higher = [h for h in self.ladder[position + 1 :] if h >= wanted] or self.ladder[-1:]
+            return max(higher[0], harmonics)
+        while position > 0 and self.tail(balance, x, self.ladder[position - 1]) < tolerance / 30:
+            position -= 1
+        return self.ladder[position]
+
+    def solve(self, orbit: Orbit, border: Callable[[HarmonicBalance], Array]) -> tuple[Orbit, HarmonicBalance]:
+        """Newton's method from an approximate orbit, with as many harmonics as it turns out to need."""
+        known = (len(orbit.coefficients) - 1) // 2
+        harmonics = next((h for h in self.ladder if h >= known), self.ladder[-1])
+        for _ in range(len(self.ladder)):
+            balance = self.balance(harmonics)
+            x = balance.basis.compress(orbit.coefficients)
+            x, rate, _ = balance.correct(x, orbit.rate, border(balance), 1e-10, iterations=15)
+            orbit = Orbit(balance.basis.expand(x, self.system.size), rate, self.period_multiple)
+            wanted = self.adapt(balance, x)
+            if wanted <= harmonics:
+                return orbit, balance
+            harmonics = wanted
+        raise ContinuationError("the harmonics of the orbit do not converge; raise `harmonics`")
+
+    def follow(self, orbit: Orbit, direction: Array | float, rate_range: tuple[float, float]) -> Iterator[Series]:
+        """Steps of the branch through a converged orbit until it leaves the range of rates.
+
+        `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit moves first.
+        """
+        known = (len(orbit.coefficients) - 1) // 2
+        balance, expansion = self._pair(next(h for h in self.ladder if h >= known))
+        x, rate = balance.basis.compress(orbit.coefficients), orbit.rate
+        border = self._first_border(balance, direction)
+        previous_length = 0.0
+        for _ in range(self.settings.steps):
+            try:
+                x, rate, factors = balance.correct(x, rate, border, 1e-9)
+            except NewtonFailure:
+                raise ContinuationError(f"branch lost at omega = {rate * self.period_multiple:.6g} (scaled)") from None
+            wanted = self.adapt(balance, x)
+            if wanted != balance.basis.harmonics:
+                x, border = self._transfer(balance, wanted, x, border)
+                balance, expansion = self._pair(wanted)
+                if wanted > known:
+                    known = wanted
+                    continue
+                x, rate, factors = balance.correct(x, rate, border, 1e-9)
+            known = balance.basis.harmonics
+            packed, rates = expansion.expand(x, rate, factors)
+            length = self._length(balance, packed, rates)
+            series = Series(balance, packed, rates, length)
+            length, inside = _leave(series, rate_range)
+            series.length = length
+            previous_length = length
+            yield series
+            if not inside:
+                return
+            x, rate = series.at(series.length)
+            border = series.tangent(series.length)
+        raise ContinuationError(
+            f"branch not finished after {self.settings.steps} steps (last length {previous_length:.1e}); raise `steps`"
+        )
+
+    def _first_border(self, balance: HarmonicBalance, direction: Array | float) -> Array:
+        border = np.zeros(balance.basis.size + 1)
+        if np.ndim(direction) == 0:
+            border[-1] = float(direction)
+        else:
+            border[:-1] = balance.basis.pack(balance.basis.compress(np.asarray(direction)))
+        return border / np.linalg.norm(border)
+
+    def _transfer(self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array) -> tuple[Array, Array]:
+        """The same point and border on another number of harmonics."""
+        old, new = balance.basis, self.balance(harmonics).basis
+        size = self.system.size
+        moved = new.compress(old.expand(x, size))
+        direction = new.pack(new.compress(old.expand(old.unpack(border[:-1]), size)))
+        border = np.append(direction, border[-1])
+        return moved, border / np.linalg.norm(border)
+
+    def _length(self, balance: HarmonicBalance, packed: Array, rates: Array) -> float:
+        """Length of the step: the series converges, the harmonics suffice, the residual at its end is small."""
+        scale = max(float(np.abs(packed[0]).max()), 1e-6)
+        length = convergence_length(packed, rates, scale, self.settings.series)
+        # a straight (linear) branch has an infinite radius; multipliers still want points on the way
+        drift = abs(rates[1]) * length / rates[0]
+        if drift > 0.25 or not np.isfinite(length):
+            length = 0.25 * rates[0] / abs(rates[1])
+        for _ in range(12):
+            weights = length ** np.arange(len(rates))
+            x, rate = balance.basis.unpack(weights @ packed), float(weights @ rates)
+            error = float(np.abs(balance.residual(x, rate)).max())
+            tail = self.tail(balance, x)
+            good_tail = tail < 30 * self.settings.tolerance or balance.basis.harmonics == self.ladder[-1]
+            if rate > 0 and error < 1e-6 * scale * max(1.0, rate**2) and good_tail:
+                return length
+            length *= 0.7
+        return length
+
+
+def _leave(series: Series, rate_range: tuple[float, float]) -> tuple[float, bool]:
+    """Where the step leaves the range of rates: (length, still inside)."""
+    first = series.length
+    inside = True
+    for limit, sign in zip(rate_range, (-1.0, 1.0)):
+        shifted = series.rates.copy()
+        shifted[0] -= limit
+        for root in real_roots(shifted, 0.0, series.length):
+            if sign * series.rate_slope(root) > 0 and root < first:
+                first, inside = root, False
+    end_rate = float(series.rate(series.length))
+    if inside and not rate_range[0] <= end_rate <= rate_range[1]:
+        inside = False
+    return first, inside
+
+
+def real_roots(coefficients: Array, low: float, high: float) -> list[float]:
+    """Real roots of a polynomial in (low, high], polished by Newton's method."""
+    scale = max(abs(low), abs(high))
+    scaled = coefficients * scale ** np.arange(len(coefficients))
+    top = np.abs(scaled).max()
+    if top == 0:
+        return []
+    significant = np.flatnonzero(np.abs(scaled) > 1e-17 * top)
+    scaled = scaled[: significant[-1] + 1]
+    # cheap test first: a polynomial dominated by its constant has no root within the step
+    if abs(scaled[0]) > np.abs(scaled[1:]).sum():
+        return []
+    roots = np.roots(scaled[::-1])
+    real = roots.real[(np.abs(roots.imag) < 1e-7) & (roots.real > low / scale) & (roots.real <= high / scale)]
+    derivative = scaled[1:] * np.arange(1, len(scaled))
+    polished = []
+    for root in np.sort(real):
+        for _ in range(3):
+            slope = np.polynomial.polynomial.polyval(root, derivative)
+            if slope == 0:
+                break
+            root -= np.clip(np.polynomial.polynomial.polyval(root, scaled) / slope, -1e-3, 1e-3)
+        polished.append(float(root * scale))
+    return polished
