@@ -30,7 +30,7 @@ _LONGEST = 80  # characters of a quantity; more is a mistake, and parsing must s
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:
-    """The pint registry, made when the first quantity with a unit is read (pint is slow to load)."""
+    """The pint registry, made when the first unit is read: pint is slow to load."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)  # "2.5 um" is then exactly the float 2.5e-6
@@ -54,13 +54,13 @@ def to_si(value: Any, unit: str, key: str) -> float:
         number = _from_text(value, unit, key)
     elif hasattr(value, "to_base_units"):
         number = _from_text(f"{float(value.magnitude)!r} {value.units:C}", unit, key)
-    elif isinstance(value, numbers.Real) and not isinstance(value, bool):
+    elif isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise wrong(key, value, _allowed(unit))
+    else:
         try:
             number = float(value)
         except OverflowError:
             number = math.inf
-    else:
-        raise wrong(key, value, _allowed(unit))
     if not math.isfinite(number):
         raise wrong(key, value, f"{_allowed(unit)}, and finite")
     return number

@@ -1,0 +1,427 @@
+"""Scenes: geometry, film, supports and what is asked of them, in SI units and validated.
+
+A scene comes from a TOML file or from Python; both give the same frozen objects::
+
+    scene = Scene.from_file("drum.toml")
+    scene = Scene(
+        geometry=Disc(radius="2.5 um"),
+        plate=Plate(thickness="10 nm"),
+        material=Material(youngs_modulus="410 GPa", poisson_ratio=0.16, density="2267 kg/m^3"),
+        tension=Tension(x="0.321 N/m", y="0.257 N/m"),
+        modes=Modes(count=11),
+    )
+
+Values with units are strings; plain numbers are in SI. Every attribute is a plain SI number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import attrs
+
+from nanorom import validation as v
+from nanorom.errors import SceneError
+from nanorom.excitation import Damping, Drive, Sweep, check_complete
+
+KINDS = ("clamped", "simply_supported", "free")
+MOST_MODES = 100  # the cubic tensor has L^4 entries
+HIGHEST_MODE = 1000
+HIGHEST_DEGREE = 8
+
+
+@attrs.frozen
+class Disc:
+    """Circular film; its boundary is "edge"."""
+
+    shape: ClassVar[str] = "disc"
+    sides: ClassVar[tuple[str, ...]] = ("edge",)
+    radius: float = v.quantity("geometry.radius", "m")
+
+
+@attrs.frozen
+class Rectangle:
+    """Rectangular film, length along x and width along y."""
+
+    shape: ClassVar[str] = "rectangle"
+    sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
+    length: float = v.quantity("geometry.length", "m")
+    width: float = v.quantity("geometry.width", "m")
+
+
+@attrs.frozen
+class String(Rectangle):
+    """Narrow rectangle, held at its short ends left and right unless the scene says otherwise."""
+
+    shape: ClassVar[str] = "string"
+
+    def __attrs_post_init__(self) -> None:
+        if self.width > self.length:
+            raise SceneError(
+                f"geometry.width: found {self.width:g} m; allowed: at most the length "
+                f"({self.length:g} m) of a string"
+            )
+
+
+def _mesh_path(value: Any) -> Path:
+    key = "geometry.file"
+    if not isinstance(value, (str, Path)) or str(value) == "":
+        raise v.wrong(key, value, "the name of a .msh or .geo file")
+    path = Path(value)
+    if path.suffix not in (".msh", ".geo"):
+        raise v.wrong(key, str(value), "the name of a .msh or .geo file")
+    return path
+
+
+@attrs.frozen
+class MeshFile:
+    """Film meshed by gmsh; its boundaries are the physical curves of the file."""
+
+    shape: ClassVar[str] = "mesh"
+    sides: ClassVar[tuple[str, ...]] = ()
+    file: Path = v.custom("geometry.file", _mesh_path)
+    scale: float = v.quantity("geometry.scale", "1", default=1.0)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.file.is_file():
+            raise SceneError(f"geometry.file: found '{self.file}'; there is no such file")
+
+
+Geometry = Disc | Rectangle | String | MeshFile
+SHAPES: dict[str, Any] = {"disc": Disc, "rectangle": Rectangle, "string": String, "mesh": MeshFile}
+
+
+@attrs.frozen
+class Plate:
+    """The film's thickness and model: membrane (no bending), plate (Kirchhoff) or auto."""
+
+    thickness: float = v.quantity("plate.thickness", "m")
+    model: str = v.choice("plate.model", ("auto", "membrane", "plate"), default="auto")
+
+
+@attrs.frozen
+class Material:
+    """Isotropic linear elastic material."""
+
+    youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa")
+    poisson_ratio: float = v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5))
+    density: float = v.quantity("material.density", "kg/m^3")
+
+
+@attrs.frozen
+class Tension:
+    """Film tension along x and y in N/m; negative is compression."""
+
+    x: float = v.quantity("tension.x", "N/m", v.ANY)
+    y: float = v.quantity("tension.y", "N/m", v.ANY)
+
+    @classmethod
+    def isotropic(cls, value: Any) -> Tension:
+        """The same tension in every direction."""
+        tension = v.read_quantity(value, "N/m", "tension.value")
+        return cls(tension, tension)
+
+    @classmethod
+    def from_stress(cls, stress: Any, thickness: Any) -> Tension:
+        """Isotropic film stress (Pa) times thickness (m)."""
+        tension = v.read_quantity(stress, "Pa", "tension.stress") * v.read_quantity(
+            thickness, "m", "plate.thickness", v.POSITIVE
+        )
+        return cls(tension, tension)
+
+    @classmethod
+    def from_table(cls, table: Any, plate: Plate) -> Tension:
+        """Read [tension]: value, or x and y, or stress."""
+        v.check_keys("tension", table, ("value", "x", "y", "stress"))
+        match sorted(table):
+            case ["x", "y"]:
+                return cls(table["x"], table["y"])
+            case ["value"]:
+                return cls.isotropic(table["value"])
+            case ["stress"]:
+                return cls.from_stress(table["stress"], plate.thickness)
+        found = " and ".join(sorted(table)) or "no key"
+        raise SceneError(f"tension: found {found}; allowed: value, or x and y, or stress")
+
+
+def _sides(value: Any) -> str | dict[str, str]:
+    if isinstance(value, str):
+        kind = v.read_choice(value, "support.edge", KINDS)
+        if kind == "free":
+            raise SceneError("support.edge: every side is free; hold at least one side")
+        return kind
+    if not isinstance(value, Mapping) or len(value) == 0:
+        raise v.wrong("support.edge", value, f"{' | '.join(KINDS)}, or a table of sides")
+    sides = {str(name): v.read_choice(k, f"support.{name}", KINDS) for name, k in value.items()}
+    if all(kind == "free" for kind in sides.values()):
+        raise SceneError("support.edge: every side is free; hold at least one side")
+    return sides
+
+
+@attrs.frozen
+class Support:
+    """How the film is held: one kind all around, or a table of kinds by side or tagged boundary.
+
+    Sides that a table does not name get its ``default``, and are free without one.
+    """
+
+    edge: str | Mapping[str, str] = v.custom("support.edge", _sides, default="clamped")
+
+    @property
+    def default(self) -> str:
+        """Kind of the boundaries that have no entry of their own."""
+        return self.edge if isinstance(self.edge, str) else self.edge.get("default", "free")
+
+    @property
+    def named(self) -> dict[str, str]:
+        """Kinds of the sides and tags that have an entry of their own."""
+        sides = {} if isinstance(self.edge, str) else self.edge
+        return {name: kind for name, kind in sides.items() if name != "default"}
+
+    def kind(self, side: str) -> str:
+        """clamped | simply_supported | free, of a side or tagged boundary."""
+        return self.named.get(side, self.default)
+
+
+STRING_ENDS = Support({"left": "clamped", "right": "clamped"})
+
+
+def _mode_numbers(value: Any) -> tuple[int, ...]:
+    if not v.is_list(value) or not 1 <= len(value) <= MOST_MODES:
+        raise v.wrong("modes.select", value, f"a list of 1 to {MOST_MODES} mode numbers")
+    numbers = [v.read_integer(n, "modes.select", 1, HIGHEST_MODE) for n in value]
+    if len(set(numbers)) < len(numbers):
+        twice = next(n for n in numbers if numbers.count(n) > 1)
+        raise SceneError(f"modes.select: mode {twice} appears twice; allowed: each mode once")
+    return tuple(sorted(numbers))
+
+
+@attrs.frozen
+class Modes:
+    """Which modes take part: the lowest ``count``, or ``select`` by 1-based number."""
+
+    count: int | None = v.integer("modes.count", 1, MOST_MODES, default=None)
+    select: tuple[int, ...] | None = v.custom("modes.select", _mode_numbers, default=None)
+
+    def __attrs_post_init__(self) -> None:
+        if (self.count is None) == (self.select is None):
+            found = "no key" if self.count is None else "count and select"
+            raise SceneError(f"modes: found {found}; allowed: either count or select")
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """1-based numbers by frequency of the modes that take part."""
+        return self.select if self.count is None else tuple(range(1, self.count + 1))  # type: ignore[return-value]
+
+    @property
+    def highest(self) -> int:
+        """How many modes must be computed to have them all."""
+        return self.numbers[-1]
+
+
+@attrs.frozen
+class Reduction:
+    """How the tensors are found, and whether the film may move in its plane while it deflects."""
+
+    method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
+    in_plane: str = v.choice("reduction.in_plane", ("free", "fixed"), default="free")
+    amplitude: float | None = v.quantity("reduction.amplitude", "m", default=None)
+
+
+@attrs.frozen
+class Accuracy:
+    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand."""
+
+    tolerance: float | None = v.quantity(
+        "accuracy.tolerance", "1", v.within(1e-14, 1), default=None
+    )
+    degree: int | None = v.integer("accuracy.degree", 1, HIGHEST_DEGREE, default=None)
+    mesh_size: float | None = v.quantity("accuracy.mesh_size", "m", default=None)
+
+    def __attrs_post_init__(self) -> None:
+        by_hand = [n for n in ("degree", "mesh_size") if getattr(self, n) is not None]
+        if self.tolerance is not None and by_hand:
+            raise SceneError(
+                f"accuracy.{by_hand[0]}: found beside tolerance; "
+                "allowed: either tolerance, or degree and mesh_size"
+            )
+        if len(by_hand) == 1:
+            other = "mesh_size" if by_hand == ["degree"] else "degree"
+            raise SceneError(f"accuracy.{other}: missing; {by_hand[0]} needs it beside it")
+        if self.tolerance is None and not by_hand:
+            object.__setattr__(self, "tolerance", 1e-6)
+
+
+def _section(key: str, kind: Any, **options: Any) -> Any:
+    """Field of a scene that holds one section."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, kind):
+            name = getattr(kind, "__name__", "Disc | Rectangle | String | MeshFile")
+            raise v.wrong(key, value, f"an object of class {name}")
+        return value
+
+    optional = options.get("default", attrs.NOTHING) is None
+    return attrs.field(converter=attrs.converters.optional(check) if optional else check, **options)
+
+
+@attrs.frozen(kw_only=True)
+class Scene:
+    """Everything that is known and asked about one device; valid by construction."""
+
+    geometry: Geometry = _section("geometry", (Disc, Rectangle, String, MeshFile))
+    plate: Plate = _section("plate", Plate)
+    material: Material = _section("material", Material)
+    tension: Tension = _section("tension", Tension, default=Tension(0.0, 0.0))
+    support: Support = _section("support", Support)
+    modes: Modes = _section("modes", Modes)
+    reduction: Reduction = _section("reduction", Reduction, default=Reduction())
+    accuracy: Accuracy = _section("accuracy", Accuracy, default=Accuracy())
+    damping: Damping | None = _section("damping", Damping, default=None)
+    drive: Drive | None = _section("drive", Drive, default=None)
+    sweep: Sweep | None = _section("sweep", Sweep, default=None)
+
+    @support.default
+    def _usual_support(self) -> Support:
+        return STRING_ENDS if isinstance(self.geometry, String) else Support()
+
+    def __attrs_post_init__(self) -> None:
+        sides = self.geometry.sides
+        if sides:
+            for name in self.support.named:
+                if name not in sides:
+                    hint = v.did_you_mean(name, sides)
+                    raise SceneError(
+                        f"support.{name}: unknown side of a {self.geometry.shape}{hint}; "
+                        f"allowed: {', '.join(sides)}, default"
+                    )
+            if all(self.support.kind(side) == "free" for side in sides):
+                raise SceneError("support.edge: every side is free; hold at least one side")
+        if self.plate.model == "membrane" and min(self.tension.x, self.tension.y) <= 0:
+            raise SceneError(
+                f"tension: found x = {self.tension.x:g}, y = {self.tension.y:g} N/m; "
+                "allowed: both greater than 0 for a membrane"
+            )
+        if self.plate.model == "plate" and self.accuracy.degree == 1:
+            raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
+        if self.damping is not None:
+            self.damping.per_mode(len(self.modes.numbers))
+        check_complete(self.damping, self.drive, self.sweep)
+
+    @property
+    def supports(self) -> dict[str, str]:
+        """Kind of support by side; for a mesh file by tag, with the key "default" for the rest."""
+        if self.geometry.sides:
+            return {side: self.support.kind(side) for side in self.geometry.sides}
+        return {**self.support.named, "default": self.support.default}
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> Scene:
+        """Read a scene file; raises SceneError, with the file's name in front."""
+        path = Path(path)
+        text = v.read_text(path)
+        try:
+            return cls.from_toml(text, path.parent)
+        except SceneError as error:
+            raise SceneError(f"{path}: {error}") from None
+
+    @classmethod
+    def from_toml(cls, text: str, directory: str | Path = ".") -> Scene:
+        """Read a scene from TOML text; mesh files are looked up in the directory."""
+        return cls.from_dict(v.parse_toml(text), directory)
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
+        """Read a scene from nested dictionaries, the shape that TOML gives."""
+        sections = [field.name for field in attrs.fields(cls)]
+        for name, table in document.items():
+            if name not in sections:
+                hint = v.did_you_mean(name, sections)
+                raise SceneError(f"{name}: unknown section{hint}; allowed: {', '.join(sections)}")
+            if not isinstance(table, Mapping):
+                raise v.wrong(name, table, f"a table [{name}]")
+        for name in ("geometry", "plate", "material", "modes"):
+            if name not in document:
+                raise SceneError(f"{name}: missing section [{name}]")
+        given: dict[str, Any] = {}
+        for name, table in document.items():
+            if name == "geometry":
+                given[name] = _geometry(table, Path(directory))
+            elif name == "tension":
+                plate = v.from_table(Plate, "plate", document["plate"])
+                given[name] = Tension.from_table(table, plate)
+            else:
+                given[name] = v.from_table(_CLASSES[name], name, table)
+        return cls(**given)
+
+    def with_(
+        self,
+        *,
+        method: str | None = None,
+        in_plane: str | None = None,
+        modes: Any = None,
+        tolerance: Any = None,
+        degree: int | None = None,
+        mesh_size: Any = None,
+        **sections: Any,
+    ) -> Scene:
+        """A copy with some settings or whole sections changed, validated anew.
+
+        ``modes`` is a count or a list of mode numbers; ``degree`` and ``mesh_size`` take the
+        place of a tolerance and the other way round.
+        """
+        reduction = {"method": method, "in_plane": in_plane}
+        changes = {name: value for name, value in reduction.items() if value is not None}
+        if changes:
+            sections["reduction"] = attrs.evolve(self.reduction, **changes)
+        if isinstance(modes, Modes):
+            sections["modes"] = modes
+        elif modes is not None:
+            sections["modes"] = Modes(select=modes) if v.is_list(modes) else Modes(count=modes)
+        if tolerance is not None:
+            sections["accuracy"] = Accuracy(tolerance, degree, mesh_size)
+        elif degree is not None or mesh_size is not None:
+            sections["accuracy"] = Accuracy(
+                degree=self.accuracy.degree if degree is None else degree,
+                mesh_size=self.accuracy.mesh_size if mesh_size is None else mesh_size,
+            )
+        return attrs.evolve(self, **sections)
+
+    def to_toml(self) -> str:
+        """The scene as TOML in SI numbers; reading it gives an equal scene."""
+        blocks = []
+        for field in attrs.fields(type(self)):
+            section = getattr(self, field.name)
+            if section is None:
+                continue
+            lines = v.to_table(section)
+            if field.name == "geometry":
+                lines = f'shape = "{section.shape}"\n{lines}'
+            blocks.append(f"[{field.name}]\n{lines}\n")
+        return "\n".join(blocks)
+
+
+_CLASSES: dict[str, Any] = {
+    "plate": Plate,
+    "material": Material,
+    "support": Support,
+    "modes": Modes,
+    "reduction": Reduction,
+    "accuracy": Accuracy,
+    "damping": Damping,
+    "drive": Drive,
+    "sweep": Sweep,
+}
+
+
+def _geometry(table: Mapping[str, Any], directory: Path) -> Geometry:
+    """Read [geometry]; the shape decides which keys it has."""
+    if "shape" not in table:
+        raise SceneError(f"geometry.shape: missing; allowed: {' | '.join(SHAPES)}")
+    cls = SHAPES[v.read_choice(table["shape"], "geometry.shape", SHAPES)]
+    rest = {key: value for key, value in table.items() if key != "shape"}
+    if cls is MeshFile and isinstance(rest.get("file"), str) and rest["file"]:
+        rest["file"] = str(directory / rest["file"])
+    return v.from_table(cls, "geometry", rest)
