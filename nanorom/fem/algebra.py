@@ -114,3 +114,12 @@ class Factorization:
         matrix.getDenseArray()[:] = columns
         matrix.assemble()
         return matrix
+
+
+def assemble_vector(form: Any) -> np.ndarray:
+    """Owned entries of an assembled linear form, summed over the ranks. Collective."""
+    vector = _assembly.assemble_vector(form)
+    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+    values = vector.array.copy()
+    vector.destroy()
+    return values

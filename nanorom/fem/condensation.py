@@ -26,7 +26,7 @@ def pair_list(n_modes: int) -> np.ndarray:
 
 
 def cubic_tensor(plate: Plate, shapes: np.ndarray, in_plane: str = "free") -> np.ndarray:
-    """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l, per E h. Collective.
+    """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l. Collective.
 
     shapes : (local dofs, L) of the scaled modes; in_plane : ``"free"`` (condensed) or ``"fixed"``.
     """
@@ -51,12 +51,12 @@ def _pair_products(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.nda
     pairs = pair_list(shapes.shape[1])
     energy = np.zeros((len(pairs), len(pairs)))
     loads = np.zeros((_n_in_plane(plate), len(pairs)))
-    for field in quadrature.fields(plate, stretching_degree(plate), columns=6 * len(pairs)):
+    for field in quadrature.fields(plate, plate.stretching_degree, columns=6 * len(pairs)):
         slope = field.gradient(shapes)
         first, second = slope[..., pairs[:, 0]], slope[..., pairs[:, 1]]
         xx, yy = first[:, :, 0] * second[:, :, 0], first[:, :, 1] * second[:, :, 1]
         xy = 0.5 * (first[:, :, 0] * second[:, :, 1] + first[:, :, 1] * second[:, :, 0])
-        force = membrane_force(xx, yy, xy, float(plate.nu.value)) * field.weights[..., None]
+        force = membrane_force(plate, xx, yy, xy) * field.weights[..., None]
         rows = (-1, len(pairs))
         energy += xx.reshape(rows).T @ force[0].reshape(rows)
         energy += yy.reshape(rows).T @ force[1].reshape(rows)
@@ -65,14 +65,11 @@ def _pair_products(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.nda
     return plate.domain.comm.allreduce(energy), loads
 
 
-def stretching_degree(plate: Plate) -> int:
-    """Quadrature degree of the products of four slopes."""
-    return 4 * (plate.degree - 1)
-
-
-def membrane_force(xx: np.ndarray, yy: np.ndarray, xy: np.ndarray, nu: float) -> np.ndarray:
-    """Components (xx, yy, xy) of C:E per E h."""
-    return np.stack([xx + nu * yy, yy + nu * xx, (1 - nu) * xy]) / (1 - nu**2)
+def membrane_force(plate: Plate, xx: np.ndarray, yy: np.ndarray, xy: np.ndarray) -> np.ndarray:
+    """Components (3, ...) of C:E from those of the strain, each (...)."""
+    nu = float(plate.nu.value)
+    scale = float(plate.membrane_stiffness.value) / (1 - nu**2)
+    return scale * np.stack([xx + nu * yy, yy + nu * xx, (1 - nu) * xy])
 
 
 def _n_in_plane(plate: Plate) -> int:

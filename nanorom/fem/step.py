@@ -1,0 +1,209 @@
+"""STEP: stiffness evaluation by nonlinear static load cases (steps III and IV of the paper).
+
+Each case prescribes a deflection w = sum q_j phi_j, lets the in-plane displacement find its
+equilibrium (SNES), and takes the consistent reaction of the deflection's degrees of freedom,
+
+    F_NL = F_T - K X_c,    eta = Phi^T F_NL.
+
+2 L + 3 L (L - 1)/2 + C(L, 3) cases give all quadratic and cubic coefficients (Muravyov and Rizzi
+2003, doi:10.1016/S0045-7949(03)00145-7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import combinations, permutations
+
+import attrs
+import numpy as np
+import ufl
+from dolfinx import fem
+from petsc4py import PETSc
+
+from nanorom.errors import SolverError
+from nanorom.fem import algebra, compat
+from nanorom.fem.condensation import in_plane_free
+from nanorom.fem.modes import Modes
+from nanorom.fem.plate import Plate
+
+Case = tuple[tuple[int, int], ...]  # (mode, sign) of every mode taking part
+
+SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
+
+
+def load_cases(n_modes: int) -> Iterator[Case]:
+    """All cases of STEP: +-j; ++, --, +- of each pair; +++ of each triple."""
+    for j in range(n_modes):
+        yield ((j, 1),)
+        yield ((j, -1),)
+    for j, k in combinations(range(n_modes), 2):
+        yield (j, 1), (k, 1)
+        yield (j, -1), (k, -1)
+        yield (j, 1), (k, -1)
+    for j, k, l in combinations(range(n_modes), 3):
+        yield (j, 1), (k, 1), (l, 1)
+
+
+@attrs.frozen(eq=False)
+class StepResult:
+    """Coefficients from static load cases.
+
+    quadratic (L, L, L), cubic (L, L, L, L): fully symmetrised; asymmetry: largest entry that
+    symmetrisation changed, relative to the largest entry (an error indicator: exact coefficients
+    derive from a potential); n_cases: load cases solved.
+    """
+
+    quadratic: np.ndarray
+    cubic: np.ndarray
+    asymmetry: float
+    n_cases: int
+
+
+def step(
+    modes: Modes,
+    count: int,
+    amplitude: float,
+    in_plane: str = "free",
+    progress: Callable[[int, int], None] | None = None,
+) -> StepResult:
+    """Quadratic and cubic coefficients of the first ``count`` modes. Collective.
+
+    ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
+    ``membrane_stiffness`` is given.  Raises SolverError if a case does not converge.
+    """
+    statics = StaticCases(modes, in_plane)
+    cases = list(load_cases(count))
+    forces: dict[Case, np.ndarray] = {}
+    for number, case in enumerate(cases):
+        q = np.zeros(count)
+        for mode, sign in case:
+            q[mode] = sign * amplitude
+        forces[case] = statics.nonlinear_force(q)
+        if progress is not None:
+            progress(number + 1, len(cases))
+    quadratic, cubic = coefficients(forces, count, amplitude)
+    return _symmetric(quadratic, cubic, len(cases))
+
+
+class StaticCases:
+    """Nonlinear static equilibrium of the film under a prescribed deflection."""
+
+    def __init__(self, modes: Modes, in_plane: str = "free") -> None:
+        plate = modes.plate
+        self.modes = modes
+        self.plate = plate
+        stretching = plate.stretching_energy(plate.u, plate.w)
+        self._reaction = compat.form(ufl.derivative(stretching, plate.w))
+        self._linear = modes.stiffness.createVecLeft()
+        self._deflection = modes.stiffness.createVecRight()
+        self._snes = _InPlaneEquilibrium(plate, stretching) if in_plane == "free" else None
+
+    def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
+        """eta (L,) = Phi^T (F_T - K X_c) at modal amplitudes q (L,). Collective."""
+        shapes = self.modes.shapes[:, : len(q)]
+        plate, n_owned = self.plate, self.modes.free.n_owned
+        plate.w.x.array[:] = shapes @ q
+        self._deflection.array[:] = plate.w.x.array[:n_owned]
+        self.modes.stiffness.mult(self._deflection, self._linear)
+        if self._snes is not None:
+            self._snes.solve()
+        total = algebra.assemble_vector(self._reaction) + self._linear.array
+        return plate.domain.comm.allreduce(shapes[:n_owned].T @ (total - self._linear.array))
+
+
+class _InPlaneEquilibrium:
+    """SNES for the in-plane displacement; the tangent does not depend on the state, so that one
+    factorisation serves every iteration of every case."""
+
+    def __init__(self, plate: Plate, stretching: object) -> None:
+        self.plate = plate
+        self.free = in_plane_free(plate)
+        self._residual = compat.form(ufl.derivative(stretching, plate.u))
+        stiffness = self.free.restrict(algebra.assemble(compat.form(plate.in_plane_form())))
+        self._x = stiffness.createVecRight()
+        self._f = stiffness.createVecLeft()
+        self._load = 0.0
+        snes = PETSc.SNES().create(plate.domain.comm)
+        snes.setOptionsPrefix("nanorom_step_")
+        snes.setFunction(self._assemble_residual, self._f)
+        snes.setJacobian(lambda *_: None, stiffness)
+        algebra.use_cholesky(snes.getKSP())
+        options = PETSc.Options("nanorom_step_")
+        options["snes_lag_jacobian"] = options["snes_lag_preconditioner"] = -2  # once, for ever
+        options["snes_lag_jacobian_persists"] = options["snes_lag_preconditioner_persists"] = 1
+        snes.setTolerances(rtol=SNES_TOLERANCE, atol=0.0, stol=0.0, max_it=10)
+        snes.setFromOptions()
+        self.snes = snes
+
+    def solve(self) -> None:
+        """Equilibrium for the deflection that the plate holds; raises SolverError."""
+        self._x.set(0.0)
+        self.snes.solve(None, self._x)
+        if self.snes.getConvergedReason() <= 0:
+            raise SolverError(
+                f"a static load case did not converge: SNES reason "
+                f"{self.snes.getConvergedReason()} after {self.snes.getIterationNumber()} "
+                f"iterations at residual {self.snes.getFunctionNorm():.1e}; lower the amplitude"
+            )
+        self._set_state(self._x)
+
+    def _set_state(self, x: PETSc.Vec) -> None:
+        self.plate.u.x.array[:] = 0.0
+        self.plate.u.x.array[self.free.local] = x.array_r
+        self.plate.u.x.scatter_forward()
+
+    def _assemble_residual(self, snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
+        self._set_state(x)
+        f.array[:] = algebra.assemble_vector(self._residual)[self.free.local]
+
+
+def coefficients(
+    forces: dict[Case, np.ndarray], n_modes: int, amplitude: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve the load cases for alpha[r, j, k] and b[r, j, k, l], symmetric in j, k (, l).
+
+    The arrays sum over all index orders: alpha_jk of the paper is 2 alpha[r, j, k] for j != k.
+    """
+    n, q = n_modes, amplitude
+    alpha, b = np.zeros((n, n, n)), np.zeros((n, n, n, n))
+
+    def put(array: np.ndarray, value: np.ndarray, *index: int) -> None:
+        """Spread a monomial's coefficient over the orders of its indices."""
+        orders = set(permutations(index))
+        for order in orders:
+            array[(slice(None), *order)] = value / len(orders)
+
+    single = {}
+    for j in range(n):
+        plus, minus = forces[((j, 1),)], forces[((j, -1),)]
+        single[j] = (plus + minus) / (2 * q**2), (plus - minus) / (2 * q**3)
+        put(alpha, single[j][0], j, j)
+        put(b, single[j][1], j, j, j)
+    double = {}
+    for j, k in combinations(range(n), 2):
+        pp, mm, pm = (forces[(j, s), (k, t)] for s, t in ((1, 1), (-1, -1), (1, -1)))
+        (a_j, b_j), (a_k, b_k) = single[j], single[k]
+        a_jk = (pp + mm) / (2 * q**2) - a_j - a_k
+        both = (pp - mm) / (2 * q**3) - b_j - b_k  # b_jjk + b_jkk
+        difference = (pm - q**2 * (a_j + a_k - a_jk)) / q**3 - b_j + b_k  # b_jkk - b_jjk
+        double[j, k] = a_jk, (both - difference) / 2, (both + difference) / 2
+        put(alpha, a_jk, j, k)
+        put(b, double[j, k][1], j, j, k)
+        put(b, double[j, k][2], j, k, k)
+    for triple in combinations(range(n), 3):
+        force = forces[tuple((j, 1) for j in triple)]
+        pairs = list(combinations(triple, 2))
+        known2 = sum(single[j][0] for j in triple) + sum(double[p][0] for p in pairs)
+        known3 = sum(single[j][1] for j in triple) + sum(double[p][1] + double[p][2] for p in pairs)
+        put(b, force / q**3 - known2 / q - known3, *triple)
+    return alpha, b
+
+
+def _symmetric(quadratic: np.ndarray, cubic: np.ndarray, n_cases: int) -> StepResult:
+    """Average over the exchange of the equation's index with the others."""
+    even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
+    swaps = [cubic, *(np.swapaxes(cubic, 0, axis) for axis in (1, 2, 3))]
+    odd = sum(swaps) / 4
+    scale = np.abs(cubic).max()
+    asymmetry = np.abs(cubic - odd).max() / scale if scale > 0 else 0.0
+    return StepResult(even, odd, float(asymmetry), n_cases)
