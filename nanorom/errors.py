@@ -17,6 +17,10 @@ class SolverError(NanoromError):
     """A linear, nonlinear or eigenvalue solve did not give a trustworthy result."""
 
 
+class ModelError(NanoromError):
+    """The arrays of a reduced model do not fit together."""
+
+
 class FileError(NanoromError):
     """A file cannot be read, written or understood."""
 

@@ -1,0 +1,56 @@
+"""Coefficient tensors: their symmetry, and the paper's alpha_jk and b_jkl."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations_with_replacement, permutations
+from math import factorial
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def symmetrise(tensor: Array) -> Array:
+    """Average T[r, j, k, ...] over the orders of all indices but r: the force stays the same.
+
+    The result is symmetric to the last bit, and a symmetric tensor is returned as it is.
+    """
+    if all(_is_symmetric(part) for part in tensor):
+        return tensor
+    return np.array([_symmetrise_all(part) for part in tensor])
+
+
+def _orders(part: Array) -> list[Array]:
+    return [part.transpose(order) for order in permutations(range(part.ndim))]
+
+
+def _is_symmetric(part: Array) -> bool:
+    return all(np.array_equal(part, other) for other in _orders(part))
+
+
+def _symmetrise_all(part: Array) -> Array:
+    orders = _orders(part)
+    # sums in different order differ in the last bit: let the sorted index stand for its kin
+    indices = np.sort(np.indices(part.shape), axis=0)
+    return np.asarray(np.mean(orders, axis=0)[tuple(indices)])
+
+
+def asymmetry(tensor: Array) -> float:
+    """Largest deviation from full symmetry relative to the largest entry; 0 for a potential.
+
+    The tensor is symmetric in all indices but the first, or a matrix.
+    """
+    largest = float(np.abs(tensor).max(initial=0.0))
+    deviation = float(np.abs(tensor - tensor.swapaxes(0, 1)).max(initial=0.0))
+    return deviation / largest if largest else 0.0
+
+
+def monomials(modes: int, degree: int) -> Iterator[tuple[tuple[int, ...], int]]:
+    """0-based indices j <= k <= ... of each monomial, and in how many orders they occur."""
+    for indices in combinations_with_replacement(range(modes), degree):
+        orders = factorial(degree)
+        for index in set(indices):
+            orders //= factorial(indices.count(index))
+        yield indices, orders

@@ -1,0 +1,53 @@
+"""Reduced models made of random numbers, for tests that need any sound model."""
+
+import itertools
+
+import numpy as np
+
+from nanorom.rom import ReducedModel, Shapes
+
+
+def potential_tensor(rng, size, rank):
+    """A tensor that is symmetric in all its indices, exactly."""
+    tensor = rng.standard_normal((size,) * rank)
+    indices = np.sort(np.indices(tensor.shape), axis=0)
+    return tensor[tuple(indices)]
+
+
+def random_model(size=3, seed=0, **changes):
+    rng = np.random.default_rng(seed)
+    frequency = np.sort(rng.uniform(2e7, 9e7, size))
+    mass = rng.uniform(1e-16, 2e-16, size)
+    stiffness = np.diag(mass * (2 * np.pi * frequency) ** 2)
+    scale = 1e-8  # m
+    given = {
+        "frequency": frequency,
+        "mass": mass,
+        "label": [f"f{n}é" for n in range(size)],
+        "number": np.arange(1, size + 1),
+        "stiffness": stiffness,
+        "damping": np.diag(mass * 2 * np.pi * frequency / 180),
+        "quadratic": potential_tensor(rng, size, 3) * stiffness.max() / scale,
+        "cubic": potential_tensor(rng, size, 4) * stiffness.max() / scale**2,
+        "drive": {"pressure": rng.standard_normal(size) * 1e-11},
+        "parametric": {
+            "tension": -np.cov(rng.standard_normal((size, size + 2))).reshape(size, size)
+        },
+        "shapes": square_shapes(rng, size),
+        "diagnostics": {"asymmetry": 0.0, "dofs": 845, "wall_time": {"mesh": 0.5}, "note": "text"},
+        "scene": "[geometry]\n",
+        "method": "direct",
+        "in_plane": "free",
+        "versions": {"dolfinx": "0.5.2"},
+    }
+    return ReducedModel(**{**given, **changes})
+
+
+def square_shapes(rng, size, points=4):
+    axis = np.linspace(0, 1e-6, points)
+    xy = np.array(list(itertools.product(axis, axis)))
+    corner = [i * points + j for i in range(points - 1) for j in range(points - 1)]
+    cells = [[c, c + 1, c + points] for c in corner]
+    cells += [[c + 1, c + points + 1, c + points] for c in corner]
+    xyz = np.column_stack([xy, np.zeros(len(xy))])
+    return Shapes(xyz, cells, rng.uniform(-1, 1, (size, len(xyz))))
