@@ -1,12 +1,10 @@
-// Rectangular membrane or plate, graded towards its edges: n_x by n_y split quadrilaterals.
+// Rectangular membrane or plate, centred at the origin: n_x by n_y split quadrilaterals.
 // gmsh -2 rectangle.geo -setnumber length 100e-6 -setnumber width 50e-6
 DefineConstant[
-  length = {1,   Name "Parameters/length"},   // along x
-  width  = {1,   Name "Parameters/width"},    // along y
-  n_x    = {4,   Name "Parameters/n_x"},      // cells along x (even)
-  n_y    = {4,   Name "Parameters/n_y"},      // cells along y (even)
-  bump_x = {1,   Name "Parameters/bump_x"},   // < 1: smaller cells at the ends in x
-  bump_y = {1,   Name "Parameters/bump_y"}    // < 1: smaller cells at the ends in y
+  length = {1, Name "Parameters/length"},   // along x
+  width  = {1, Name "Parameters/width"},    // along y
+  n_x    = {4, Name "Parameters/n_x"},      // cells along x
+  n_y    = {4, Name "Parameters/n_y"}       // cells along y
 ];
 
 Point(1) = {-length / 2, -width / 2, 0};
@@ -17,8 +15,8 @@ Line(1) = {1, 2};
 Line(2) = {2, 3};
 Line(3) = {3, 4};
 Line(4) = {4, 1};
-Transfinite Curve {1, 3} = n_x + 1 Using Bump bump_x;
-Transfinite Curve {2, 4} = n_y + 1 Using Bump bump_y;
+Transfinite Curve {1, 3} = n_x + 1;
+Transfinite Curve {2, 4} = n_y + 1;
 
 Curve Loop(1) = {1, 2, 3, 4};
 Plane Surface(1) = {1};

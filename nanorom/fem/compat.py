@@ -139,3 +139,12 @@ def scatter_reverse_add(function: Any) -> None:
     """Add the ghost values of a function to their owners. Collective."""
     mode = getattr(dolfinx.la, "InsertMode", None) or dolfinx.la.ScatterMode
     function.x.scatter_reverse(mode.add)
+
+
+def versions() -> dict[str, str]:
+    """Versions of the finite-element libraries in use."""
+    import petsc4py
+    import slepc4py
+
+    modules = {"dolfinx": dolfinx, "basix": basix, "petsc4py": petsc4py, "slepc4py": slepc4py}
+    return {name: module.__version__ for name, module in modules.items()}

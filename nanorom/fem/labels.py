@@ -9,32 +9,39 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
+from scipy.special import jn_zeros, jv
 
 from nanorom.fem import quadrature
 from nanorom.fem.modes import Modes, clusters
 from nanorom.fem.shapes import bounding_box, extent, orient
 
 MIXED = 0.9  # a second component at least so large makes a name of two
+RADIAL_GRID = 2001  # points of a tabulated Bessel function: enough to tell modes apart
 PAIR = 1e-3  # eigenvalues of a drum's cos-sin pair agree to this, however coarse the mesh
 
 
-def name_drum(modes: Modes) -> tuple[Modes, list[str]]:
-    """Orient the pairs of a drum and name its modes ``f01``, ``f11c``, ``f11s``... Collective."""
-    diameters = _nodal_diameters(modes)
+def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
+    """Orient the pairs of a drum and name its modes ``f01``, ``f11c``, ``f11s``... Collective.
+
+    ``isotropic``: the tension is, so that every pair is degenerate by symmetry.
+    """
+    candidates = _drum_modes(modes.shapes.shape[1])
+    nearest = np.abs(_drum_content(modes, candidates)).argmax(axis=1)
+    diameters = np.array([candidates[i][0] for i in nearest])
     groups = [
         group
         for cluster in clusters(modes.eigenvalues, PAIR)
         for group in _same(cluster, diameters)
     ]
     modes = orient(modes, groups)
-    odd = _odd_in_y(modes, diameters)
-    rank: dict[tuple[int, str], int] = {}
+    content = _drum_content(modes, candidates)
     keys = []
-    for p, is_odd in zip(diameters.tolist(), odd):
-        side = "" if p == 0 else "s" if is_odd else "c"
-        rank[p, side] = rank.get((p, side), 0) + 1
-        keys.append((p, rank[p, side], side))
-    modes, keys = _sorted(modes, groups, keys)
+    for i, best in enumerate(np.abs(content).argmax(axis=1)):
+        p, m = candidates[best]
+        odd = abs(content[i, best].imag) > abs(content[i, best].real)
+        keys.append((p, m, "" if p == 0 else "s" if odd else "c"))
+    if isotropic:
+        modes, keys = _sorted(modes, groups, keys)
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
 
@@ -44,32 +51,34 @@ def _same(cluster: np.ndarray, diameters: np.ndarray) -> list[np.ndarray]:
     return [cluster[diameters[cluster] == p] for p in np.unique(diameters[cluster])]
 
 
-def _nodal_diameters(modes: Modes) -> np.ndarray:
-    """Number (n,) of nodal diameters: p^2 = int (d phi/d theta)^2 / int phi^2."""
-    plate, shapes = modes.plate, modes.shapes
-    centre, radius = extent(plate)
-    turning, size = np.zeros((2, shapes.shape[1]))
-    for field in quadrature.fields(plate, 2 * plate.degree + 2):
-        x, y = np.moveaxis((field.points - centre) / radius, 2, 0)
-        slopes = field.gradient(shapes) * radius
-        spin = x[..., None] * slopes[:, :, 1] - y[..., None] * slopes[:, :, 0]
-        turning += np.einsum("cq,cqn->n", field.weights, spin**2)
-        size += np.einsum("cq,cqn->n", field.weights, field.value(shapes) ** 2)
-    turning, size = plate.domain.comm.allreduce(np.array([turning, size]))
-    return np.rint(np.sqrt(turning / size)).astype(int)
+def _drum_modes(count: int) -> list[tuple[int, int]]:
+    """Nodal diameters and circles (p, m) of an ideal membrane's lowest modes, with some to spare."""
+    highest = 2 * int(np.sqrt(count)) + 4
+    zeros = [(z, p, m + 1) for p in range(highest) for m, z in enumerate(jn_zeros(p, highest))]
+    enough = 2 * count + 10
+    return [(p, m) for _, p, m in sorted(zeros)[:enough]]
 
 
-def _odd_in_y(modes: Modes, diameters: np.ndarray) -> np.ndarray:
-    """True (n,) where a shape follows sin(p theta) rather than cos(p theta)."""
+def _drum_content(modes: Modes, candidates: list[tuple[int, int]]) -> np.ndarray:
+    """Products (n, K) of the shapes with J_p(j_pm r) exp(i p theta), normalised membrane modes."""
     plate = modes.plate
     centre, radius = extent(plate)
-    moment = np.zeros(len(diameters), dtype=complex)
-    for field in quadrature.fields(plate, 2 * plate.degree + 2):
+    grid = np.linspace(0, 1, RADIAL_GRID)
+    radial = np.empty((len(candidates), RADIAL_GRID))
+    for i, (p, m) in enumerate(candidates):
+        zero = jn_zeros(p, m)[-1]
+        radial[i] = jv(p, zero * grid) / abs(jv(p + 1, zero)) / (1 if p == 0 else np.sqrt(0.5))
+    orders = np.array([p for p, _ in candidates])
+    total = np.zeros((modes.shapes.shape[1], len(candidates)), dtype=complex)
+    for field in quadrature.fields(plate, 2 * plate.degree, columns=4 * len(candidates)):
         z = ((field.points - centre) / radius) @ np.array([1, 1j])
+        place = np.minimum(np.abs(z), 1.0) * (RADIAL_GRID - 1)
+        nearest = np.rint(place).astype(int)
+        waves = np.exp(1j * np.angle(z)[..., None] * orders) * radial.T[nearest]
         weighted = field.weights[..., None] * field.value(modes.shapes)
-        moment += np.sum(weighted * z[..., None] ** diameters, axis=(0, 1))
-    moment = plate.domain.comm.allreduce(moment)
-    return np.abs(moment.imag) > np.abs(moment.real)
+        n_points = weighted.shape[0] * weighted.shape[1]
+        total += weighted.reshape(n_points, -1).T @ waves.reshape(n_points, -1)
+    return plate.domain.comm.allreduce(total)
 
 
 def name_rectangle(
@@ -116,10 +125,16 @@ def _wave_content(modes: Modes, free_x: bool, free_y: bool) -> np.ndarray:
 def _sorted(
     modes: Modes, groups: list[np.ndarray], keys: list[tuple]
 ) -> tuple[Modes, list[tuple]]:
-    """Sort the modes of each group by their keys."""
-    order = np.arange(len(keys))
+    """Sort the modes of each group by their keys; equal frequencies are told as equal."""
+    order, eigenvalues = np.arange(len(keys)), modes.eigenvalues.copy()
     for group in groups:
         order[group] = sorted(group, key=lambda i: keys[i])
+        eigenvalues[group] = eigenvalues[group].mean()
     shapes = np.ascontiguousarray(modes.shapes[:, order])
-    eigenvalues = modes.eigenvalues[order]
     return attrs.evolve(modes, shapes=shapes, eigenvalues=eigenvalues), [keys[i] for i in order]
+
+
+def name_by_number(modes: Modes) -> tuple[Modes, list[str]]:
+    """Orient equal frequencies and name modes of any other shape by their number. Collective."""
+    modes = orient(modes, clusters(modes.eigenvalues))
+    return modes, [f"mode {i + 1}" for i in range(len(modes.eigenvalues))]

@@ -114,11 +114,11 @@ def _peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
 
 def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Local extrema near the largest |phi|: mode (m,), point (m, 2), value (m,)."""
-    lattice = _lattice(2 * plate.degree)
-    weights = np.zeros(len(lattice))
+    grid = lattice(2 * plate.degree)
+    weights = np.zeros(len(grid))
     cells, starts, sizes = [], [], []
     n_modes = shapes.shape[1]
-    for field in quadrature.fields_at(plate, lattice, weights, columns=n_modes):
+    for field in quadrature.fields_at(plate, grid, weights, columns=n_modes):
         size = np.abs(field.value(shapes))
         starts.append(size.argmax(axis=1))
         sizes.append(size.max(axis=1))
@@ -128,7 +128,7 @@ def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     largest = size.max(axis=0, initial=0.0)
     plate.domain.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
     cell, mode = np.nonzero(size > 0.95 * largest)
-    reference = _climb(plate, cell, shapes[:, mode], lattice[start[cell, mode]])
+    reference = _climb(plate, cell, shapes[:, mode], grid[start[cell, mode]])
     basis = compat.reference_element(plate.degree).tabulate(0, reference)
     basis = np.asarray(basis).reshape(len(cell), -1)
     local = shapes[compat.cell_dofs(plate.deflections)[cell], mode[:, None]]
@@ -139,7 +139,7 @@ def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     return mode, point, value
 
 
-def _lattice(n: int) -> np.ndarray:
+def lattice(n: int) -> np.ndarray:
     """Reference points (i/n, j/n) of a triangle."""
     i, j = np.mgrid[: n + 1, : n + 1]
     inside = i + j <= n

@@ -1,0 +1,138 @@
+"""Which mesh and degree a scene needs: as coarse as its tolerance allows.
+
+High order is the lever: degree 8 on few curved cells.  The cell size follows from the shortest
+wavelength asked for; edges get rings or rows of cells down to the layer sqrt(D/T) in which a
+clamped plate bends, and the corners of a rectangle, where the in-plane field is singular, rows
+that shrink geometrically.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from nanorom.fem.mesh import Grading
+from nanorom.scene import Disc, MeshFile, Rectangle, Scene, String
+
+MESHES = Path(__file__).parents[1] / "meshes"
+DEGREE = 8
+CALIBRATION = (2.3, 1e-8, 9.0)  # wavenumber x size, error and rate at degree 8, drum of 11 modes
+COARSEST = 0.8  # of the film's half width
+LAYER_RATIO = 4.0  # widths of neighbouring rings
+CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
+CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
+
+
+@attrs.frozen
+class Discretisation:
+    """A geometry file with its parameters, the order of its cells' map, and the degree."""
+
+    file: Path
+    parameters: dict[str, float]
+    degree: int
+    order: int
+    grading: Grading | None = None
+
+
+def choose(scene: Scene, length: float, layer: float) -> Discretisation:
+    """Discretisation for a scene.
+
+    length : the scene's unit of length in m; layer : sqrt(D/T) in that unit, 0 for a membrane.
+    """
+    geometry, accuracy = scene.geometry, scene.accuracy
+    if isinstance(geometry, MeshFile):
+        degree = accuracy.degree or DEGREE
+        return Discretisation(geometry.file, {}, degree, degree)
+    if accuracy.tolerance is None:
+        degree, size = accuracy.degree, accuracy.mesh_size / length
+    else:
+        degree, size = DEGREE, _cell_size(scene, length)
+    order = max(degree, 2)
+    tolerance = accuracy.tolerance
+    if isinstance(geometry, Disc):
+        return _disc(degree, order, size, layer if tolerance else 0.0)
+    return _rectangle(geometry, degree, size, length, layer if tolerance else 0.0, tolerance)
+
+
+def _cell_size(scene: Scene, length: float) -> float:
+    """Size of degree-8 cells for the scene's tolerance and shortest wavelength."""
+    wavenumber = shortest_wave(scene) * length
+    scaled, error, rate = CALIBRATION
+    return min(COARSEST, scaled / wavenumber * (scene.accuracy.tolerance / error) ** (1 / rate))
+
+
+def shortest_wave(scene: Scene) -> float:
+    """Wavenumber of the highest mode in 1/m, by Weyl's law with its boundary term."""
+    geometry, count = scene.geometry, scene.modes.highest
+    if isinstance(geometry, Disc):
+        area, perimeter = np.pi * geometry.radius**2, 2 * np.pi * geometry.radius
+    else:
+        area = geometry.length * geometry.width
+        perimeter = 2 * (geometry.length + geometry.width)
+    if isinstance(geometry, String):
+        return (count + 1) * np.pi / geometry.length
+    return (perimeter + np.sqrt(perimeter**2 + 16 * np.pi * area * (count + 1))) / (2 * area)
+
+
+def _disc(degree: int, order: int, size: float, layer: float) -> Discretisation:
+    """Drum of radius 1, with rings down to the layer where the core's cells are too wide for it."""
+    file = MESHES / "drum.geo"
+    widths = _shrinking(size, layer, LAYER_RATIO)
+    if len(widths) == 0:
+        return Discretisation(file, {"radius": 1.0, "size": size}, degree, order)
+    sectors = 4 * int(np.ceil(2 * np.pi / (4 * size)))
+    core = 1 - widths.sum()
+    parameters = {"radius": 1.0, "size": size, "core": core, "rings": len(widths)}
+    parameters["sectors"] = float(sectors)
+    radii = np.concatenate([[0.0], 1 - np.cumsum(widths[::-1])[::-1], [1.0]])
+    uniform = np.concatenate([[0.0], core + (1 - core) * np.arange(len(widths) + 1) / len(widths)])
+
+    def grading(points: np.ndarray) -> np.ndarray:
+        radius = np.linalg.norm(points, axis=1)
+        scale = np.interp(radius, uniform, radii) / np.where(radius > 0, radius, 1.0)
+        return points * scale[:, None]
+
+    return Discretisation(file, parameters, degree, order, grading)
+
+
+def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
+    """Widths that fall from below ``size`` to about ``smallest``, each by a ratio."""
+    if smallest <= 0 or smallest >= size / 2:
+        return np.empty(0)
+    count = int(np.ceil(np.log(size / smallest) / np.log(ratio)))
+    return size * (smallest / size) ** (np.arange(1, count + 1) / count)
+
+
+def _rectangle(
+    geometry: Rectangle,
+    degree: int,
+    size: float,
+    length: float,
+    layer: float,
+    tolerance: float | None,
+) -> Discretisation:
+    """Rows and columns that shrink towards the ends of every side."""
+    sides = np.array([geometry.length, geometry.width]) / length
+    size = min(size, sides.max() / 2)
+    parameters = {"length": sides[0], "width": sides[1]}
+    lines = []
+    for name, side in zip(("n_x", "n_y"), sides):
+        end = np.empty(0)
+        if tolerance is not None:
+            corner = min(size, sides.min()) * tolerance ** (1 / CORNER_EXPONENT)
+            smallest = corner if layer == 0 else min(layer, corner)
+            end = _shrinking(min(size, side / 2), smallest, CORNER_RATIO)
+        inner = side - 2 * end.sum()
+        n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
+        widths = np.concatenate([end[::-1], np.full(n_inner, inner / n_inner), end])
+        lines.append(np.concatenate([[0.0], np.cumsum(widths)]) - side / 2)
+        parameters[name] = float(len(widths))
+
+    def grading(points: np.ndarray) -> np.ndarray:
+        uniform = [np.linspace(line[0], line[-1], len(line)) for line in lines]
+        return np.column_stack([np.interp(points[:, i], uniform[i], lines[i]) for i in (0, 1)])
+
+    file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
+    return Discretisation(file, parameters, degree, 1, grading)

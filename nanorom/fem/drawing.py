@@ -1,0 +1,51 @@
+"""A fine triangulation of the film with the mode shapes on it, to draw and to animate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nanorom.fem import quadrature
+from nanorom.fem.modes import Modes
+from nanorom.fem.shapes import bounding_box, lattice
+
+MOST_POINTS = 20_000  # beyond it the cells are drawn with fewer points each
+MERGE = 1e-9  # of the film's size: nearer points are one
+
+
+def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (P, 3), triangles (C, 3) and shapes (L, P), the same on every rank. Collective."""
+    plate, comm = modes.plate, modes.plate.domain.comm
+    n_cells = plate.domain.mesh.topology.index_map(2).size_global
+    fineness = plate.degree
+    while fineness > 1 and n_cells * fineness**2 / 2 > MOST_POINTS:
+        fineness -= 1
+    reference = lattice(fineness)
+    points, values = [np.empty((0, 2))], [np.empty((0, modes.shapes.shape[1]))]
+    weights = np.zeros(len(reference))
+    for field in quadrature.fields_at(plate, reference, weights, columns=modes.shapes.shape[1]):
+        points.append(field.points.reshape(-1, 2))
+        values.append(field.value(modes.shapes).reshape(-1, modes.shapes.shape[1]))
+    points_all = np.concatenate(comm.allgather(np.concatenate(points)))
+    values_all = np.concatenate(comm.allgather(np.concatenate(values)))
+    low, high = bounding_box(plate)
+    grid = np.rint((points_all - low) / (MERGE * (high - low).max())).astype(np.int64)
+    _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    small = _lattice_triangles(fineness)
+    start = np.arange(n_cells)[:, None, None] * len(reference)
+    triangles = number.reshape(-1)[(start + small).reshape(-1, 3)]
+    triangles = np.sort(triangles, axis=1)
+    triangles = triangles[np.lexsort(triangles.T[::-1])]  # the same whatever the partition
+    flat = np.column_stack([points_all[first], np.zeros(len(first))])
+    return flat, triangles.astype(np.int32), np.ascontiguousarray(values_all[first].T)
+
+
+def _lattice_triangles(n: int) -> np.ndarray:
+    """Triangles (n^2, 3) between the points of `lattice`."""
+    row = np.cumsum([0, *range(n + 1, 0, -1)])  # first point of row i
+    triangles = []
+    for i in range(n):
+        for j in range(n - i):
+            triangles.append((row[i] + j, row[i + 1] + j, row[i] + j + 1))
+            if j < n - i - 1:
+                triangles.append((row[i + 1] + j, row[i + 1] + j + 1, row[i] + j + 1))
+    return np.array(triangles)
