@@ -14,7 +14,7 @@ import attrs
 import numpy as np
 
 from nanorom.fem.mesh import Grading
-from nanorom.scene import Disc, MeshFile, Rectangle, Scene, String
+from nanorom.scene import Disc, MeshFile, Scene, String
 
 MESHES = Path(__file__).parents[1] / "meshes"
 DEGREE = 8
@@ -53,7 +53,7 @@ def choose(scene: Scene, length: float, layer: float) -> Discretisation:
     tolerance = accuracy.tolerance
     if isinstance(geometry, Disc):
         return _disc(degree, order, size, layer if tolerance else 0.0)
-    return _rectangle(geometry, degree, size, length, layer if tolerance else 0.0, tolerance)
+    return _rectangle(scene, degree, size, length, layer)
 
 
 def _cell_size(scene: Scene, length: float) -> float:
@@ -106,27 +106,24 @@ def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
 
 
 def _rectangle(
-    geometry: Rectangle,
-    degree: int,
-    size: float,
-    length: float,
-    layer: float,
-    tolerance: float | None,
+    scene: Scene, degree: int, size: float, length: float, layer: float
 ) -> Discretisation:
-    """Rows and columns that shrink towards the ends of every side."""
+    """Rows and columns that shrink towards every supported side.
+
+    Not towards a free one: the film moves there, and tiny cells would only add rounding error.
+    """
+    geometry, tolerance = scene.geometry, scene.accuracy.tolerance
     sides = np.array([geometry.length, geometry.width]) / length
     size = min(size, sides.max() / 2)
     parameters = {"length": sides[0], "width": sides[1]}
     lines = []
-    for name, side in zip(("n_x", "n_y"), sides):
-        end = np.empty(0)
-        if tolerance is not None:
-            corner = min(size, sides.min()) * tolerance ** (1 / CORNER_EXPONENT)
-            smallest = corner if layer == 0 else min(layer, corner)
-            end = _shrinking(min(size, side / 2), smallest, CORNER_RATIO)
-        inner = side - 2 * end.sum()
+    for name, side, ends in zip(("n_x", "n_y"), sides, (("left", "right"), ("bottom", "top"))):
+        first, last = (
+            _end_rows(scene.supports[end], min(size, side / 2), tolerance, layer) for end in ends
+        )
+        inner = side - first.sum() - last.sum()
         n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
-        widths = np.concatenate([end[::-1], np.full(n_inner, inner / n_inner), end])
+        widths = np.concatenate([first[::-1], np.full(n_inner, inner / n_inner), last])
         lines.append(np.concatenate([[0.0], np.cumsum(widths)]) - side / 2)
         parameters[name] = float(len(widths))
 
@@ -136,3 +133,12 @@ def _rectangle(
 
     file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
     return Discretisation(file, parameters, degree, 1, grading)
+
+
+def _end_rows(kind: str, size: float, tolerance: float | None, layer: float) -> np.ndarray:
+    """Widths of the rows towards a side of a kind, from the inside outwards."""
+    if kind == "free" or tolerance is None:
+        return np.empty(0)
+    corner = size * tolerance ** (1 / CORNER_EXPONENT)
+    smallest = min(layer, corner) if kind == "clamped" and layer > 0 else corner
+    return _shrinking(size, smallest, CORNER_RATIO)

@@ -112,12 +112,15 @@ def _lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndar
             f"only {solver.getConverged()} of {count} modes converged in "
             f"{solver.getIterationNumber()} iterations; refine the mesh or ask for fewer modes"
         )
-    vector = m.createVecRight()
+    vector, image = m.createVecRight(), m.createVecRight()
     values, vectors = np.empty(count), np.empty((vector.getLocalSize(), count))
     for i in range(count):
         values[i] = solver.getEigenpair(i, vector).real
         vectors[:, i] = vector.array
-        error = solver.computeError(i, SLEPc.EPS.ErrorType.RELATIVE)
+        # in the norm in which the problem is well scaled: |lambda K^-1 M x - x| / |x|
+        transform.apply(vector, image)
+        image.aypx(-values[i], vector)
+        error = image.norm() / vector.norm()
         if not error < EIGEN_ACCEPTED:
             raise SolverError(
                 f"mode {i + 1} has a relative residual of {error:.1e}, more than "

@@ -24,6 +24,7 @@ TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decid
 ANGLE_TIE = 0.02  # radians below the +x axis that still count as on it
 CENTRE = 1e-3  # of the film's half width: points nearer to its centre have no angle
 NEWTON_STEPS = 8
+FLAT = 1e-6  # smallest curvature, relative, along which a Newton step is taken
 
 
 def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
@@ -156,15 +157,24 @@ def _climb(
     """
     element = compat.reference_element(plate.degree)
     local = shapes[compat.cell_dofs(plate.deflections)[cell], np.arange(len(cell))[:, None]]
-    x = start.copy()
+    x, best, highest = start, start.copy(), np.zeros(len(cell))
     for _ in range(NEWTON_STEPS):
         basis = np.asarray(element.tabulate(2, x)).reshape(6, len(cell), -1)
-        _, gx, gy, hxx, hxy, hyy = np.einsum("kmn,mn->km", basis, local)
-        determinant = hxx * hyy - hxy**2
-        definite = determinant > 0
-        determinant = np.where(definite, determinant, 1.0)
-        step = -np.column_stack([hyy * gx - hxy * gy, hxx * gy - hxy * gx]) / determinant[:, None]
-        x = x + np.where(definite[:, None], step, 0.0)
-        x = np.clip(x, 0.0, 1.0)
-        x /= np.maximum(x.sum(axis=1), 1.0)[:, None]
-    return x
+        value, gx, gy, hxx, hxy, hyy = np.einsum("kmn,mn->km", basis, local)
+        higher = np.abs(value) > highest
+        best[higher], highest[higher] = x[higher], np.abs(value[higher])
+        hessian = np.stack([hxx, hxy, hxy, hyy], axis=1).reshape(-1, 2, 2)
+        curvature, axes = np.linalg.eigh(hessian * -np.sign(value)[:, None, None])
+        slope = np.einsum("mij,mi->mj", axes, np.column_stack([gx, gy]) * np.sign(value)[:, None])
+        # along an axis without curvature (a string's width) there is nothing to gain
+        curved = curvature > FLAT * np.abs(curvature).max(axis=1, keepdims=True)
+        along = np.where(curved, slope / np.where(curved, curvature, 1.0), 0.0)
+        x = _into_triangle(x + np.einsum("mij,mj->mi", axes, along))
+    return best
+
+
+def _into_triangle(x: np.ndarray) -> np.ndarray:
+    """Nearest points of the reference triangle to points (m, 2)."""
+    beyond = np.maximum(x.sum(axis=1) - 1, 0.0) / 2
+    x = np.clip(x - beyond[:, None], 0.0, 1.0)
+    return x / np.maximum(x.sum(axis=1), 1.0)[:, None]
