@@ -12,7 +12,9 @@ from .diagram import Branch, Diagram, SpecialPoint
 from .floquet import FloquetSolver, sort_multipliers
 from .harmonics import forced_support
 from .path import Path, Place, orbit_amplitudes, orbit_state
+from .polish import Polished, polish
 from .series import Series
+from .shooting import Shooting
 from .special import Detected, Detector
 from .switching import Bifurcation, first_orbit
 from .system import Array, ModalSystem, ScaledSystem
@@ -100,6 +102,7 @@ class _Explorer:
         self.system, self.scaled, self.settings, self.levels = system, scaled, settings, levels
         self.range = (omega[0] / scaled.frequency, omega[1] / scaled.frequency)
         self.floquet = FloquetSolver(scaled)
+        self.shooting = Shooting(scaled)
         self.branches: list[Branch] = []
         self.points: list[SpecialPoint] = []
         self.waiting: list[_Node] = []
@@ -159,16 +162,17 @@ class _Explorer:
         path = Path(tracer, self.floquet, steps)
         detector = Detector(path)
         index = len(self.branches)
-        found = [d for d in detector.find() if not self._is_end(path, d, origin)]
+        found = [polish(path, d, self.shooting) for d in detector.find() if not self._is_end(path, d, origin)]
         parent = None if origin is None else origin.point.branch
         start = None if origin is None else self.points.index(origin.point)
         self.branches.append(self._branch(path, detector.places, detector.eigenvalues, parent, start))
-        for detected in found:
-            orbit = path.orbit(detected.place)
-            point = self._special_point(path, detected, orbit, index)
+        for polished in found:
+            if polished is None:
+                continue
+            point = self._special_point(polished, index)
             self.points.append(point)
-            if detected.type in ("PD", "BP"):
-                self.waiting.append(_Node(point, orbit, path, generation))
+            if point.type in ("PD", "BP"):
+                self.waiting.append(_Node(point, polished.orbit, path, generation))
 
     def _is_end(self, path: Path, detected: Detected, origin: _Node | None) -> bool:
         """The ends of a bifurcated branch show as folds of zero extent: they are not special points of it."""
@@ -205,15 +209,15 @@ class _Explorer:
             coefficients=[orbit.coefficients * unit for orbit in orbits],
         )
 
-    def _special_point(self, path: Path, detected: Detected, orbit: Orbit, index: int) -> SpecialPoint:
-        unit = self.scaled.amplitude
+    def _special_point(self, polished: Polished, index: int) -> SpecialPoint:
+        unit, orbit = self.scaled.amplitude, polished.orbit
         state = orbit_state(orbit) * unit
         state[self.scaled.size :] *= self.scaled.frequency
         return SpecialPoint(
-            type=detected.type,
+            type=polished.type,
             omega=orbit.omega * self.scaled.frequency,
             amplitude=orbit_amplitudes(orbit.coefficients[None])[0] * unit,
-            multipliers=self._multipliers(path, detected.eigenvalues[None])[0],
+            multipliers=sort_multipliers(polished.multipliers),
             state=state,
             branch=index,
             period_multiple=orbit.period_multiple,

@@ -56,9 +56,9 @@ class Tracer:
         self.ladder = [h for h in HARMONIC_LADDER if 2 * period_multiple <= h <= settings.harmonics * period_multiple]
 
     def balance(self, harmonics: int) -> HarmonicBalance:
-        return self._pair(harmonics)[0]
+        return self.pair(harmonics)[0]
 
-    def _pair(self, harmonics: int) -> tuple[HarmonicBalance, SeriesExpansion]:
+    def pair(self, harmonics: int) -> tuple[HarmonicBalance, SeriesExpansion]:
         if harmonics not in self._balances:
             balance = HarmonicBalance(self.system, basis_for(self.support, harmonics, self.period_multiple))
             self._balances[harmonics] = (balance, SeriesExpansion(balance))
@@ -117,7 +117,7 @@ class Tracer:
         `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit moves first.
         """
         known = (len(orbit.coefficients) - 1) // 2
-        balance, expansion = self._pair(next(h for h in self.ladder if h >= known))
+        balance, expansion = self.pair(next(h for h in self.ladder if h >= known))
         x, rate = balance.basis.compress(orbit.coefficients), orbit.rate
         border = self._first_border(balance, direction)
         previous_length = 0.0
@@ -128,8 +128,8 @@ class Tracer:
                 raise ContinuationError(f"branch lost at omega = {rate * self.period_multiple:.6g} (scaled)") from None
             wanted = self.adapt(balance, x)
             if wanted != balance.basis.harmonics:
-                x, border = self._transfer(balance, wanted, x, border)
-                balance, expansion = self._pair(wanted)
+                x, border = self.transfer(balance, wanted, x, border)
+                balance, expansion = self.pair(wanted)
                 if wanted > known:
                     known = wanted
                     continue
@@ -158,7 +158,7 @@ class Tracer:
             border[:-1] = balance.basis.pack(balance.basis.compress(np.asarray(direction)))
         return border / np.linalg.norm(border)
 
-    def _transfer(self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array) -> tuple[Array, Array]:
+    def transfer(self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array) -> tuple[Array, Array]:
         """The same point and border on another number of harmonics."""
         old, new = balance.basis, self.balance(harmonics).basis
         size = self.system.size

@@ -1,0 +1,130 @@
+"""Special points made precise, and confirmed by shooting; what is not confirmed is not reported.
+
+The branch is expanded anew at the point with more harmonics; the critical quantity is then brought to zero
+along that expansion. Two sizes of basis must agree on the frequency.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nanorom.errors import ContinuationError
+
+from .floquet import FloquetSolver
+from .path import Path
+from .series import Series
+from .shooting import Shooting
+from .special import Detected
+from .system import Array
+from .trace import Orbit, Tracer, real_roots
+
+FREQUENCY_TOLERANCE = 1e-10
+CONFIRMED = 1e-7
+WINDOW = 0.2  # of the step in which the point was found
+
+
+@dataclass(frozen=True, eq=False)
+class Polished:
+    """A confirmed special point: the orbit and its multipliers (2L,) over the whole period."""
+
+    type: str
+    orbit: Orbit
+    multipliers: Array
+
+
+def polish(path: Path, detected: Detected, shooting: Shooting) -> Polished | None:
+    """The point to about 1e-10 in frequency, or None if it does not stand up to shooting."""
+    tracer = path.tracer
+    series = path.steps[detected.place.step]
+    a, window = detected.place.a, WINDOW * (series.length - series.start)
+    omega = float(series.rate(a))
+    orbit = tracer.orbit(series, a)
+    for _ in range(4):
+        try:
+            series = _expand_again(tracer, series, a)
+            a = _zero(detected.type, series, path.floquet, tracer, window)
+        except ContinuationError:
+            return None
+        orbit = tracer.orbit(series, a)
+        change = abs(orbit.rate / omega - 1)
+        omega = orbit.rate
+        if change < FREQUENCY_TOLERANCE or series.balance.basis.harmonics == tracer.ladder[-1]:
+            break
+    shot = shooting.check(orbit)
+    scale = max(1.0, float(np.abs(orbit.coefficients).max()))
+    if shot.defect > CONFIRMED * scale or critical_distance(detected.type, shot.multipliers) > CONFIRMED:
+        return None
+    return Polished(detected.type, orbit, shot.multipliers)
+
+
+def critical_distance(kind: str, multipliers: Array) -> float:
+    """Distance of the critical multiplier from where the type of bifurcation wants it."""
+    if kind == "PD":
+        return float(np.abs(multipliers + 1).min())
+    if kind == "NS":
+        complex_ones = multipliers[np.abs(multipliers.imag) > 1e-9]
+        return float(np.abs(np.abs(complex_ones) - 1).min(initial=np.inf))
+    return float(np.abs(multipliers - 1).min())
+
+
+def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
+    """The expansion of the branch at a, on the next larger number of harmonics."""
+    balance = series.balance
+    position = tracer.ladder.index(balance.basis.harmonics)
+    harmonics = tracer.ladder[min(position + 1, len(tracer.ladder) - 1)]
+    x, rate = series.at(a)
+    x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
+    larger, expansion = tracer.pair(harmonics)
+    x, rate, factors = larger.correct(x, rate, border, 1e-9)
+    packed, rates = expansion.expand(x, rate, factors)
+    return Series(larger, packed, rates, length=series.length)
+
+
+def _zero(kind: str, series: Series, floquet: FloquetSolver, tracer: Tracer, window: float) -> float:
+    """Where the critical quantity vanishes, close to a = 0."""
+    if kind == "LP":
+        slope = series.rates[1:] * np.arange(1, len(series.rates))
+        mirrored = slope * (-1.0) ** np.arange(len(slope))
+        roots = [0.0] if slope[0] == 0 else []
+        roots += real_roots(slope, 0.0, window) + [-root for root in real_roots(mirrored, 0.0, window)]
+        if not roots:
+            raise ContinuationError("no fold in the neighbourhood")
+        return min(roots, key=abs)
+
+    def critical(points: list[float]) -> list[float]:
+        orbits = [tracer.orbit(series, a) for a in points]
+        maps = floquet.monodromy(
+            np.stack([orbit.coefficients for orbit in orbits]),
+            np.array([orbit.rate for orbit in orbits]),
+            tracer.period_multiple,
+            tracer.support,
+        )
+        return [_critical_value(kind, values, tracer.support.symmetric) for values in np.linalg.eigvals(maps)]
+
+    step = 1e-3 * window
+    here, there = critical([0.0, step])
+    if here == there:
+        raise ContinuationError("the critical multiplier does not move")
+    a = -here * step / (there - here)
+    if abs(a) > window:
+        raise ContinuationError("no zero in the neighbourhood")
+    if abs(a) > 1e-2 * step:
+        last = critical([a])[0]
+        slope = (last - here) / a if a else 1.0
+        a -= last / slope if slope else 0.0
+    return float(a)
+
+
+def _critical_value(kind: str, eigenvalues: Array, symmetric: bool) -> float:
+    if kind == "NS":
+        complex_ones = eigenvalues[np.abs(eigenvalues.imag) > 1e-9]
+        if not len(complex_ones):
+            raise ContinuationError("no complex pair in the neighbourhood")
+        sizes = np.log(np.abs(complex_ones))
+        return float(sizes[np.abs(sizes).argmin()])
+    target = 1.0
+    if kind == "PD" or (symmetric and np.abs(eigenvalues + 1).min() < np.abs(eigenvalues - 1).min()):
+        target = -1.0
+    return float((eigenvalues[np.abs(eigenvalues - target).argmin()] - target).real)

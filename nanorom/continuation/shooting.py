@@ -1,0 +1,204 @@
+"""Multiple shooting with Taylor series in time: a discretisation independent of harmonic balance.
+
+The period is cut into segments; each is crossed by one Taylor step of high order of the equations of motion
+together with their variational equation, all segments of all orbits at once. It confirms orbits, multipliers
+and special points, and corrects orbits by Newton's method. Source of the method: Jorba and Zou 2005,
+doi:10.1080/10586458.2005.10128904 (Taylor integration).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nanorom.errors import ContinuationError
+
+from .harmonics import differentiate, fourier_matrix
+from .system import Array, ScaledSystem
+from .trace import Orbit
+
+TIME_ORDER = 24
+STEP_ANGLE = 1.5  # of the fastest mode within a segment
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """What shooting says about an orbit: the largest gap between segments, and the monodromy matrix."""
+
+    defect: float
+    monodromy: Array
+
+    @property
+    def multipliers(self) -> Array:
+        return np.asarray(np.linalg.eigvals(self.monodromy).astype(complex))
+
+
+class TaylorStepper:
+    """One Taylor step of q'' + C q' + G(q) q + W(q) q' = (f + P q) cos(omega t) for a batch of states."""
+
+    def __init__(self, system: ScaledSystem, order: int = TIME_ORDER) -> None:
+        self.system, self.order = system, order
+        size = system.size
+        self.cubic = np.ascontiguousarray(system.cubic.transpose(2, 3, 0, 1)).reshape(size * size, size * size)
+        self.quadratic = np.ascontiguousarray(system.quadratic.transpose(1, 0, 2)).reshape(size, size * size)
+        self.loss = np.ascontiguousarray(system.loss.transpose(2, 3, 0, 1)).reshape(size * size, size * size)
+        self.has_quadratic, self.has_loss = bool(self.quadratic.any()), bool(self.loss.any())
+        frequencies = np.sqrt(np.abs(np.linalg.eigvals(system.stiffness)))
+        self.fastest = float(frequencies.max())
+
+    def step(
+        self, states: Array, omega: Array, phase: Array, duration: Array, variation: bool = True
+    ) -> tuple[Array, Array | None, float]:
+        """States (n, 2L) after `duration` (n,), maps (n, 2L, 2L) and the size of the last Taylor terms.
+
+        phase (n,) is the drive's phase at the start of the step.
+        """
+        system, order, size = self.system, self.order, self.system.size
+        n = len(states)
+        h = duration[:, None]
+        q = np.zeros((n, order + 1, size))
+        q[:, 0], q[:, 1] = states[:, :size], h * states[:, size:]
+        secant = np.empty((n, order - 1, size, size))
+        tangent = np.empty((n, order - 1, size, size)) if variation else None
+        friction = np.zeros((n, order - 1, size, size)) if self.has_loss else None
+        drive = np.cos(phase)
+        for k in range(order - 1):
+            if k:
+                factor = (omega * duration) ** k / float(_factorial(k))
+                drive = factor * np.cos(phase + k * np.pi / 2)
+            pairs = np.einsum("nij,nik->njk", q[:, : k + 1], q[:, k::-1]).reshape(n, -1)
+            cubic = (pairs @ self.cubic).reshape(n, size, size)
+            secant[:, k] = cubic
+            if tangent is not None:
+                tangent[:, k] = 3 * cubic
+            if self.has_quadratic:
+                quadratic = (q[:, k] @ self.quadratic).reshape(n, size, size)
+                secant[:, k] += quadratic
+                if tangent is not None:
+                    tangent[:, k] += 2 * quadratic
+            linear = -drive[:, None, None] * system.parametric
+            if k == 0:
+                linear = linear + system.stiffness
+            secant[:, k] += linear
+            if tangent is not None:
+                tangent[:, k] += linear
+            force = np.einsum("nirl,nil->nr", secant[:, : k + 1], q[:, k::-1]) - drive[:, None] * system.force
+            speed = (k + 1) * q[:, k + 1] / h
+            force += speed @ system.damping.T
+            if friction is not None:
+                friction[:, k] = (pairs @ self.loss).reshape(n, size, size)
+                speeds = q[:, k + 1 : 0 : -1] * np.arange(k + 1, 0, -1.0)[:, None] / h[:, :, None]
+                force += np.einsum("nirl,nil->nr", friction[:, : k + 1], speeds)
+            q[:, k + 2] = -(h**2) * force / ((k + 1) * (k + 2))
+        weights = np.arange(order + 1.0)
+        ends = np.concatenate([q.sum(axis=1), np.einsum("k,nkr->nr", weights, q) / h], axis=1)
+        error = float(np.abs(q[:, -2:]).max() / max(np.abs(q).max(), 1e-300))
+        if tangent is None:
+            return ends, None, error
+        if friction is not None:
+            self._add_friction_tangent(tangent, q, h)
+        return ends, self._variation(tangent, friction, h), error
+
+    def _add_friction_tangent(self, tangent: Array, q: Array, h: Array) -> None:
+        """Derivative of W(q, q) q' with respect to q: needs all orders of q."""
+        count = tangent.shape[1]
+        speeds = q[:, 1:] * np.arange(1, q.shape[1])[:, None] / h[:, :, None]
+        for k in range(count):
+            for i in range(k + 1):
+                mixed = np.einsum("rkjl,nk,nl->nrj", self.system.loss, speeds[:, i], q[:, k - i], optimize=True)
+                tangent[:, k] += 2 * mixed
+
+    def _variation(self, tangent: Array, friction: Array | None, h: Array) -> Array:
+        n, count, size, _ = tangent.shape
+        y = np.empty((n, self.order + 1, size, 2 * size))
+        y[:, 0] = np.eye(size, 2 * size)
+        y[:, 1] = np.eye(size, 2 * size, size)
+        scale = h[:, :, None]
+        for k in range(count):
+            force = np.einsum("nirl,nilc->nrc", tangent[:, : k + 1], y[:, k::-1], optimize=True) * scale**2
+            force += scale * (k + 1) * (self.system.damping @ y[:, k + 1])
+            if friction is not None:
+                speeds = y[:, k + 1 : 0 : -1] * np.arange(k + 1, 0, -1.0)[:, None, None]
+                force += scale * np.einsum("nirl,nilc->nrc", friction[:, : k + 1], speeds, optimize=True)
+            y[:, k + 2] = -force / ((k + 1) * (k + 2))
+        maps = np.empty((n, 2 * size, 2 * size))
+        maps[:, :size] = y.sum(axis=1)
+        maps[:, size:] = np.einsum("k,nkrc->nrc", np.arange(self.order + 1.0), y) / scale
+        maps[:, :, size:] *= scale
+        return maps
+
+
+class Shooting:
+    """Multiple shooting for the periodic orbits of one system."""
+
+    def __init__(self, system: ScaledSystem) -> None:
+        self.system = system
+        self.stepper = TaylorStepper(system)
+
+    def check(self, orbit: Orbit) -> Shot:
+        """Defect and monodromy matrix along an orbit given by its Fourier coefficients."""
+        nodes, phases, duration = self._nodes(orbit)
+        defects, maps = self._gaps(nodes, phases, duration, orbit.omega)
+        return Shot(float(np.abs(defects).max()), _chain(maps))
+
+    def correct(self, orbit: Orbit, tolerance: float = 1e-12, iterations: int = 10) -> tuple[Array, Shot]:
+        """Newton's method at fixed frequency: the state (2L,) at phase 0 and what shooting says of the orbit."""
+        nodes, phases, duration = self._nodes(orbit)
+        for _ in range(iterations):
+            gaps, maps = self._gaps(nodes, phases, duration, orbit.omega)
+            change = _cyclic_solve(maps, gaps)
+            nodes = nodes + change
+            if np.abs(change).max() < tolerance * max(np.abs(nodes).max(), 1e-9):
+                gaps, maps = self._gaps(nodes, phases, duration, orbit.omega)
+                return nodes[0], Shot(float(np.abs(gaps).max()), _chain(maps))
+        raise ContinuationError("shooting does not converge to a periodic orbit")
+
+    def _nodes(self, orbit: Orbit) -> tuple[Array, Array, float]:
+        """States at the starts of the segments (M, 2L), drive phases (M,) and the duration of a segment."""
+        period = 2 * np.pi / orbit.rate
+        harmonics = (len(orbit.coefficients) - 1) // 2
+        # local frequency at the largest excursion: hardening makes it higher than the linear ones
+        fastest = self.stepper.fastest + float(np.abs(orbit.coefficients).sum(axis=0).max())
+        count = max(8, int(np.ceil(period * fastest / STEP_ANGLE)))
+        while True:
+            angles = 2 * np.pi / count * np.arange(count)
+            table = fourier_matrix(angles, harmonics)
+            speed = orbit.rate * (table @ differentiate(orbit.coefficients))
+            nodes = np.concatenate([table @ orbit.coefficients, speed], axis=1)
+            phases = orbit.period_multiple * angles
+            duration = period / count
+            omega = np.full(count, orbit.omega)
+            error = self.stepper.step(nodes, omega, phases, np.full(count, duration), variation=False)[2]
+            if error < 1e-14 or count > 5000:
+                return nodes, phases, duration
+            count = int(1.4 * count) + 1
+
+    def _gaps(self, nodes: Array, phases: Array, duration: float, omega: float) -> tuple[Array, Array]:
+        count = len(nodes)
+        ends, maps, _ = self.stepper.step(nodes, np.full(count, omega), phases, np.full(count, duration))
+        assert maps is not None
+        return ends - np.roll(nodes, -1, axis=0), maps
+
+
+def _chain(maps: Array) -> Array:
+    result = maps[0]
+    for step in maps[1:]:
+        result = step @ result
+    return np.asarray(result)
+
+
+def _cyclic_solve(maps: Array, gaps: Array) -> Array:
+    """Changes d_m of the nodes with maps_m d_m - d_(m+1) = -gaps_m, cyclic."""
+    size = gaps.shape[1]
+    matrix, vector = np.eye(size), np.zeros(size)
+    for step, gap in zip(maps, gaps):
+        matrix, vector = step @ matrix, step @ vector + gap
+    changes = [np.linalg.solve(np.eye(size) - matrix, vector)]
+    for step, gap in zip(maps[:-1], gaps[:-1]):
+        changes.append(step @ changes[-1] + gap)
+    return np.stack(changes)
+
+
+def _factorial(k: int) -> int:
+    return 1 if k < 2 else k * _factorial(k - 1)
