@@ -17,7 +17,6 @@ from nanorom.fem.shapes import bounding_box, extent, orient
 
 MIXED = 0.9  # a second component at least so large makes a name of two
 RADIAL_GRID = 2001  # points of a tabulated Bessel function: enough to tell modes apart
-PAIR = 1e-3  # eigenvalues of a drum's cos-sin pair agree to this, however coarse the mesh
 
 
 def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
@@ -27,12 +26,8 @@ def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
     """
     candidates = _drum_modes(modes.shapes.shape[1])
     nearest = np.abs(_drum_content(modes, candidates)).argmax(axis=1)
-    diameters = np.array([candidates[i][0] for i in nearest])
-    groups = [
-        group
-        for cluster in clusters(modes.eigenvalues, PAIR)
-        for group in _same(cluster, diameters)
-    ]
+    # a cos-sin pair belongs together whatever splits it: both axes are axes of symmetry
+    groups = [np.flatnonzero(nearest == i) for i in np.unique(nearest) if candidates[i][0] > 0]
     modes = orient(modes, groups)
     content = _drum_content(modes, candidates)
     keys = []
@@ -44,11 +39,6 @@ def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
         modes, keys = _sorted(modes, groups, keys)
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
-
-
-def _same(cluster: np.ndarray, diameters: np.ndarray) -> list[np.ndarray]:
-    """Split neighbours in frequency by their nodal diameters."""
-    return [cluster[diameters[cluster] == p] for p in np.unique(diameters[cluster])]
 
 
 def _drum_modes(count: int) -> list[tuple[int, int]]:

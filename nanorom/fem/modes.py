@@ -12,18 +12,19 @@ from nanorom.errors import SolverError
 from nanorom.fem import algebra, compat
 from nanorom.fem.plate import Plate
 
-EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
+EIGEN_TOLERANCE = 1e-14  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
-DEGENERATE = 1e-6  # eigenvalues closer than this (relative) belong to one cluster
-EXTRA = 2  # modes beyond those asked for, so that a degenerate pair is not cut in two
+DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
+NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
+EXTRA = 2  # modes beyond those asked for, so that a pair is not cut in two
 
 
 @attrs.frozen(eq=False)
 class Modes:
     """The lowest modes of a plate, sorted by frequency.
 
-    eigenvalues: (n,) squared frequencies in the plate's units; shapes: (local dofs, n) with any
-    scale; stiffness, mass: assembled on all degrees of freedom; free: those that may move.
+    eigenvalues: (n,) squared frequencies in the plate's units; shapes: (local dofs, n), of unit
+    modal mass when solved for; stiffness, mass: assembled on all degrees of freedom; free: those that may move.
     """
 
     plate: Plate
@@ -41,7 +42,7 @@ def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.
 
 
 def solve(plate: Plate, count: int) -> Modes:
-    """At least the ``count`` lowest modes, the last degenerate cluster complete. Collective.
+    """At least the ``count`` lowest modes, no cluster of near ones cut in two. Collective.
 
     Raises SolverError when the mesh has too few degrees of freedom, when the flat state is not
     stable (the stiffness is not positive definite), or when a mode did not converge.
@@ -61,7 +62,7 @@ def solve(plate: Plate, count: int) -> Modes:
             )
         wanted = min(wanted, free.size)
         eigenvalues, vectors = _lowest(k, m, wanted)
-        complete = [group for group in clusters(eigenvalues) if group[0] < count]
+        complete = [group for group in clusters(eigenvalues, NEAR) if group[0] < count]
         last = complete[-1][-1] + 1
         if last < wanted or wanted == free.size:
             break

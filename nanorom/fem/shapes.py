@@ -28,28 +28,30 @@ FLAT = 1e-6  # smallest curvature, relative, along which a Newton step is taken
 
 
 def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
-    """Rotate every group of modes of equal frequency to the symmetry axes. Collective."""
-    shapes = modes.shapes.copy()
+    """Rotate every group of like modes to the symmetry axes, the lower first. Collective."""
+    shapes, eigenvalues = modes.shapes.copy(), modes.eigenvalues.copy()
     for group in groups:
         if len(group) > 1:
-            shapes[:, group] = _rotate(modes.plate, shapes[:, group])
-    return attrs.evolve(modes, shapes=shapes)
+            rotation = _rotation(modes.plate, shapes[:, group])
+            rotated = rotation.T**2 @ eigenvalues[group]
+            order = np.argsort(rotated, kind="stable")
+            eigenvalues[group] = rotated[order]
+            shapes[:, group] = (shapes[:, group] @ rotation)[:, order]
+    return attrs.evolve(modes, shapes=shapes, eigenvalues=eigenvalues)
 
 
-def _rotate(plate: Plate, shapes: np.ndarray) -> np.ndarray:
-    """Basis of a degenerate space in which the orienting forms are diagonal, one after the other.
+def _rotation(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+    """Orthogonal matrix that makes the orienting forms diagonal, one after the other.
 
     The first is the split that a difference of tension along x and y would make; the second, with
     every angular harmonic 2p even about both axes, separates cos(p theta) from sin(p theta).
     """
     gradient, anisotropy, harmonic = _orienting_forms(plate, shapes)
-    lower = np.linalg.inv(np.linalg.cholesky(gradient))
-    values, vectors = np.linalg.eigh(lower @ anisotropy @ lower.T)
-    vectors = lower.T @ vectors
+    values, vectors = np.linalg.eigh(anisotropy * len(gradient) / np.trace(gradient))
     for group in np.split(np.arange(len(values)), np.flatnonzero(np.diff(values) > SPLIT) + 1):
         basis = vectors[:, group]
         vectors[:, group] = basis @ np.linalg.eigh(basis.T @ harmonic @ basis)[1]
-    return shapes @ vectors
+    return vectors
 
 
 def _orienting_forms(plate: Plate, shapes: np.ndarray) -> np.ndarray:
