@@ -41,7 +41,7 @@ def explore(
     parametric: float = 0.0,
     *,
     depth: int = 1,
-    tolerance: float = 1e-10,
+    tolerance: float = 1e-9,
     harmonics: int = 150,
     steps: int = 2000,
     reach: float = 2.0,
@@ -101,7 +101,8 @@ class _Explorer:
     ) -> None:
         self.system, self.scaled, self.settings, self.levels = system, scaled, settings, levels
         self.range = (omega[0] / scaled.frequency, omega[1] / scaled.frequency)
-        self.floquet = FloquetSolver(scaled)
+        self.floquet = FloquetSolver(scaled, truncation=1e-9)
+        self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
         self.branches: list[Branch] = []
         self.points: list[SpecialPoint] = []
@@ -162,7 +163,7 @@ class _Explorer:
         path = Path(tracer, self.floquet, steps)
         detector = Detector(path)
         index = len(self.branches)
-        found = [polish(path, d, self.shooting) for d in detector.find() if not self._is_end(path, d, origin)]
+        found = [polish(path, d, self.precise, self.shooting) for d in detector.find() if not self._is_end(path, d, origin)]
         parent = None if origin is None else origin.point.branch
         start = None if origin is None else self.points.index(origin.point)
         self.branches.append(self._branch(path, detector.places, detector.eigenvalues, parent, start))

@@ -17,7 +17,6 @@ from .harmonics import Support, differentiate, fourier_matrix
 from .system import Array, ScaledSystem
 
 TAYLOR_ORDER = 20
-TRUNCATION = 1e-13
 BATCH_DOUBLES = 400_000
 
 
@@ -53,8 +52,8 @@ def _taylor_table(wide: int, intervals: int, half: bool) -> Array:
 class FloquetSolver:
     """Monodromy matrices and multipliers of orbits of one system, all modes."""
 
-    def __init__(self, system: ScaledSystem) -> None:
-        self.system = system
+    def __init__(self, system: ScaledSystem, truncation: float = 1e-13) -> None:
+        self.system, self.truncation = system, truncation
         size = system.size
         self.size = size
         self.cubic = 3.0 * system.cubic.transpose(2, 3, 0, 1).reshape(size * size, size * size)
@@ -98,7 +97,7 @@ class FloquetSolver:
         mean = np.abs(stiffness[:, 0]).sum(axis=2).max() ** 0.5
         angle = (np.pi if half else 2 * np.pi) / float(rates.min()) * max(min(mean, 2 * self.fastest), self.fastest)
         harmonics = (orbits.shape[1] - 1) // 2
-        intervals = _round_up(max(angle / 2.0, (harmonics if half else 2 * harmonics) / 3.0, 4))
+        intervals = _round_up(max(angle / (3.0 if self.truncation > 1e-10 else 2.0), (harmonics if half else 2 * harmonics) / 3.0, 4))
         per_orbit = intervals * TAYLOR_ORDER * 3 * size * size
         batch = max(1, BATCH_DOUBLES // per_orbit)
         result = np.empty((len(orbits), 2 * size, 2 * size))
@@ -114,7 +113,7 @@ class FloquetSolver:
     def _propagate(self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool) -> Array:
         while True:
             maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
-            if error < TRUNCATION or intervals > 4096:
+            if error < self.truncation or intervals > 4096:
                 return _product(maps)
             intervals = _round_up(1.3 * intervals)
 

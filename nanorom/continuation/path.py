@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from .floquet import FloquetSolver
 from .harmonics import differentiate, fourier_matrix
@@ -12,6 +13,8 @@ from .series import Series
 from .system import Array
 from .trace import Orbit, Tracer
 
+ARC_POINTS = 33
+LEAST_POINTS = 60  # on a branch, for a smooth picture
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
 
 
@@ -24,21 +27,22 @@ class Place:
 
 
 class Path:
-    """Steps of one branch in order, and the maps (period or half period) evaluated on it so far."""
+    """Steps of one branch in order, with the arc length along it."""
 
     def __init__(self, tracer: Tracer, floquet: FloquetSolver, steps: list[Series]) -> None:
         self.tracer, self.floquet, self.steps = tracer, floquet, steps
         self.symmetric = tracer.support.symmetric
-        lengths = [step.length - step.start for step in steps]
-        self.offsets = np.concatenate([[0.0], np.cumsum(lengths)])
+        self._arcs = [_arc_length(step) for step in steps]
+        self.offsets = np.concatenate([[0.0], np.cumsum([length[-1] for _, length in self._arcs])])
 
     def position(self, place: Place) -> float:
-        """Distance from the start of the path."""
-        return float(self.offsets[place.step] + place.a - self.steps[place.step].start)
+        """Arc length from the start of the path."""
+        return float(self.offsets[place.step] + np.interp(place.a, *self._arcs[place.step]))
 
     def place(self, position: float) -> Place:
-        step = int(np.clip(np.searchsorted(self.offsets, position) - 1, 0, len(self.steps) - 1))
-        return Place(step, float(position - self.offsets[step] + self.steps[step].start))
+        number = int(np.clip(np.searchsorted(self.offsets, position) - 1, 0, len(self.steps) - 1))
+        parameter, length = self._arcs[number]
+        return Place(number, float(np.interp(position - self.offsets[number], length, parameter)))
 
     def orbit(self, place: Place) -> Orbit:
         return self.tracer.orbit(self.steps[place.step], place.a)
@@ -47,33 +51,44 @@ class Path:
         return self.steps[place.step].rate_slope(place.a)
 
     def initial_places(self) -> list[Place]:
-        """Both ends of every step and as many points inside as the phases of the multipliers ask for."""
+        """The expansion points of the steps, the end, and as many points between as the multipliers' phases ask for."""
         places = []
-        margin = 1e-3 * (self.steps[0].length - self.steps[0].start)
         for number, step in enumerate(self.steps):
             first, last = step.start, step.length
-            if number == 0:
-                places.append(Place(0, first + margin))
             periods = 2 * np.pi / np.array([step.rate(first), step.rate(last)])
-            count = max(2, int(np.ceil(abs(periods[1] - periods[0]) * self.floquet.fastest / PHASE_SPACING)))
-            places += [Place(number, first + (last - first) * i / count) for i in range(1, count + 1)]
-        return places
+            count = max(1, int(np.ceil(abs(periods[1] - periods[0]) * self.floquet.fastest / PHASE_SPACING)))
+            count = max(count, -(-LEAST_POINTS // len(self.steps)))
+            if number == 0:
+                first += 1e-3 * (last - first)
+            places += [Place(number, first + (last - first) * i / count) for i in range(count)]
+        last_step = self.steps[-1]
+        margin = 1e-3 * (last_step.length - last_step.start)
+        return places + [Place(len(self.steps) - 1, last_step.length - margin)]
 
-    def maps_eigenvalues(self, places: list[Place]) -> Array:
-        """Eigenvalues (n, 2L) of the half-period map if the path is symmetric, else of the period map."""
+    def maps(self, places: list[Place]) -> Array:
+        """Monodromy matrices (n, 2L, 2L); over half a period, with the symmetry applied, if the path is symmetric."""
         orbits = [self.orbit(place) for place in places]
-        result = np.empty((len(places), 2 * self.tracer.system.size), dtype=complex)
-        sizes = np.array([len(orbit.coefficients) for orbit in orbits])
-        for size in np.unique(sizes):
-            members = np.flatnonzero(sizes == size)
-            maps = self.floquet.monodromy(
+        size = 2 * self.tracer.system.size
+        result = np.empty((len(places), size, size))
+        rows = np.array([len(orbit.coefficients) for orbit in orbits])
+        for count in np.unique(rows):
+            members = np.flatnonzero(rows == count)
+            result[members] = self.floquet.monodromy(
                 np.stack([orbits[i].coefficients for i in members]),
                 np.array([orbits[i].rate for i in members]),
                 self.tracer.period_multiple,
                 self.tracer.support,
             )
-            result[members] = np.linalg.eigvals(maps)
         return result
+
+
+def _arc_length(step: Series) -> tuple[Array, Array]:
+    """Equidistant values of the parameter of a step and the arc length from its start."""
+    a = np.linspace(step.start, step.length, ARC_POINTS)
+    k = step.powers[1:]
+    weights = k * a[:, None] ** (k - 1.0)
+    speed = np.sqrt(((weights @ step.coefficients[1:]) ** 2).sum(axis=1) + (weights @ step.rates[1:]) ** 2)
+    return a, cumulative_trapezoid(speed, a, initial=0.0)
 
 
 def orbit_state(orbit: Orbit) -> Array:

@@ -34,7 +34,7 @@ class Polished:
     multipliers: Array
 
 
-def polish(path: Path, detected: Detected, shooting: Shooting) -> Polished | None:
+def polish(path: Path, detected: Detected, floquet: FloquetSolver, shooting: Shooting) -> Polished | None:
     """The point to about 1e-10 in frequency, or None if it does not stand up to shooting."""
     tracer = path.tracer
     series = path.steps[detected.place.step]
@@ -44,7 +44,7 @@ def polish(path: Path, detected: Detected, shooting: Shooting) -> Polished | Non
     for _ in range(4):
         try:
             series = _expand_again(tracer, series, a)
-            a = _zero(detected.type, series, path.floquet, tracer, window)
+            a = _zero(detected.type, series, floquet, tracer, window)
         except ContinuationError:
             return None
         orbit = tracer.orbit(series, a)
@@ -77,7 +77,7 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
     x, rate = series.at(a)
     x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
     larger, expansion = tracer.pair(harmonics)
-    x, rate, factors = larger.correct(x, rate, border, 1e-9)
+    x, rate, factors = larger.correct(x, rate, border, 1e-10)
     packed, rates = expansion.expand(x, rate, factors)
     return Series(larger, packed, rates, length=series.length)
 

@@ -21,8 +21,11 @@ from .path import Path, Place
 from .system import Array
 from .trace import real_roots
 
-MINIMUM_REFINEMENTS = 8
-UNIT_TOLERANCE = 1e-6
+ROUNDS = 8
+STENCIL = 6  # points of an interpolation
+SAMPLES = 4  # interpolated subdivisions between two points
+LEAVE_ONE_OUT = 0.05
+ROOT_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,6 @@ class Detected:
 
     type: str
     place: Place
-    eigenvalues: Array
 
 
 def signed_log_product(factors: Array) -> tuple[Array, Array]:
@@ -54,112 +56,178 @@ def test_function(kind: str, eigenvalues: Array, slopes: Array) -> tuple[Array, 
 
 
 class Detector:
-    """Finds the special points of one path; the points it evaluates on the way become points of the branch."""
+    """Finds the special points of one path; the points it evaluates on the way become points of the branch.
+
+    Monodromy matrices are known at some points and are analytic between them, so their interpolation tells
+    where a test function may change sign or dip; only there they are evaluated again. A leave-one-out test
+    adds points where the interpolation is not good enough.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        size = 2 * path.tracer.system.size
         self.places: list[Place] = []
-        self.eigenvalues = np.empty((0, 2 * path.tracer.system.size), dtype=complex)
+        self.positions = np.empty(0)
+        self.maps = np.empty((0, size, size))
+        self.eigenvalues = np.empty((0, size), dtype=complex)
+        self.kinds = ("flip", "unit", "torus") if path.tracer.system.size > 1 else ("flip", "unit")
+        self._between: dict[tuple[float, float], Array] = {}
         self._insert(path.initial_places())
-
-    def _evaluate(self, places: list[Place]) -> tuple[Array, Array]:
-        slopes = np.array([self.path.rate_slope(place) for place in places])
-        return self.path.maps_eigenvalues(places), slopes
-
-    def _insert(self, places: list[Place]) -> None:
-        if not places:
-            return
-        values = self.path.maps_eigenvalues(places)
-        everything = self.places + places
-        order = np.argsort([self.path.position(place) for place in everything], kind="stable")
-        self.eigenvalues = np.concatenate([self.eigenvalues, values])[order]
-        self.places = [everything[i] for i in order]
 
     def find(self) -> list[Detected]:
         """All special points in order along the path."""
+        for _ in range(ROUNDS):
+            wanted = self._unresolved()
+            wanted += self._suspicious() if len(wanted) < 0.2 * len(self.places) else []
+            if not self._insert(wanted):
+                break
         found = self._folds()
-        for kind in ("flip", "unit", "torus"):
-            if kind == "torus" and self.path.tracer.system.size < 2:
-                continue
-            self._refine_minima(kind)
+        for kind in self.kinds:
             found += self._roots(kind)
         return sorted(found, key=lambda point: self.path.position(point.place))
 
-    def _tests(self, kind: str) -> tuple[Array, Array, Array]:
-        slopes = np.array([self.path.rate_slope(place) for place in self.places])
-        signs, logs = test_function(kind, self.eigenvalues, slopes)
-        return np.array([self.path.position(place) for place in self.places]), signs, logs
+    def _insert(self, places: list[Place]) -> bool:
+        """Evaluate new places, unless they are there already."""
+        positions = np.array([self.path.position(place) for place in places])
+        fresh = []
+        for i in np.argsort(positions, kind="stable"):
+            known = np.append(self.positions, positions[fresh])
+            if np.abs(known - positions[i]).min(initial=np.inf) > 1e-6 * self.path.offsets[-1] / len(self.path.steps):
+                fresh.append(i)
+        if not fresh:
+            return False
+        everything = self.places + [places[i] for i in fresh]
+        positions = np.append(self.positions, positions[fresh])
+        order = np.argsort(positions, kind="stable")
+        maps = self.path.maps([places[i] for i in fresh])
+        self.positions = positions[order]
+        self.maps = np.concatenate([self.maps, maps])[order]
+        self.eigenvalues = np.concatenate([self.eigenvalues, np.linalg.eigvals(maps)])[order]
+        self.places = [everything[i] for i in order]
+        return True
+
+    def _unresolved(self) -> list[Place]:
+        """Points between neighbours where leaving one point out shows a poor interpolation."""
+        s, count = self.positions, len(self.positions)
+        wanted = []
+        for i in range(count):
+            near = _stencil(s, i, STENCIL + 1)
+            near = near[near != i]
+            predicted = np.tensordot(_lagrange(s[near], s[i : i + 1])[0], self.maps[near], axes=1)
+            scale = max(1.0, float(np.abs(self.maps[i]).max()))
+            if np.abs(predicted - self.maps[i]).max() > LEAVE_ONE_OUT * scale:
+                wanted += [self.path.place((s[i] + s[j]) / 2) for j in (i - 1, i + 1) if 0 <= j < count]
+        return wanted
+
+    def _suspicious(self) -> list[Place]:
+        """Points next to sign changes and dips of the interpolated test functions."""
+        samples, eigenvalues = self._interpolated()
+        slopes = np.array([self.path.rate_slope(self.path.place(position)) for position in samples])
+        exact = np.isin(samples, self.positions)
+        wanted: list[float] = []
+        for kind in self.kinds:
+            signs, logs = test_function(kind, eigenvalues, slopes)
+            for i in np.flatnonzero(signs[1:] != signs[:-1]):
+                known = np.flatnonzero(exact[: i + 1])[-1], i + 1 + np.flatnonzero(exact[i + 1 :])[0]
+                if signs[known[0]] == signs[known[1]]:
+                    wanted += [samples[i], samples[i + 1]]
+            inner = np.arange(1, len(samples) - 1)
+            dips = inner[(logs[inner] < logs[inner - 1]) & (logs[inner] < logs[inner + 1])]
+            for i in dips:
+                if signs[i - 1] == signs[i] == signs[i + 1]:
+                    vertex = _vertex(samples[i - 1 : i + 2], logs[i - 1 : i + 2])
+                    if vertex is not None:
+                        wanted.append(vertex)
+        return [self.path.place(position) for position in wanted]
+
+    def _interpolated(self) -> tuple[Array, Array]:
+        """Positions and eigenvalues at the points and at interpolated places between them."""
+        s = self.positions
+        fractions = np.arange(1, SAMPLES) / SAMPLES
+        fresh = [i for i in range(len(s) - 1) if (s[i], s[i + 1]) not in self._between]
+        if fresh:
+            maps = []
+            for i in fresh:
+                near = _stencil(s, i + 0.5, STENCIL)
+                weights = _lagrange(s[near], s[i] + (s[i + 1] - s[i]) * fractions)
+                maps.append(np.tensordot(weights, self.maps[near], axes=1))
+            values = np.linalg.eigvals(np.concatenate(maps)).reshape(len(fresh), len(fractions), -1)
+            self._between.update({(s[i], s[i + 1]): value for i, value in zip(fresh, values)})
+        between = [self._between[pair] for pair in zip(s[:-1], s[1:])]
+        eigenvalues = np.concatenate([self.eigenvalues, *between])
+        places = s[:-1, None] + (s[1:] - s[:-1])[:, None] * fractions
+        positions = np.concatenate([s, places.ravel()])
+        order = np.argsort(positions, kind="stable")
+        return positions[order], eigenvalues[order]
 
     def _folds(self) -> list[Detected]:
-        places = []
+        found = []
         for number, step in enumerate(self.path.steps):
             slope = step.rates[1:] * np.arange(1, len(step.rates))
-            curvature = slope[1:] * np.arange(1, len(slope))
-            for root in real_roots(slope, step.start, step.length):
-                if np.polynomial.polynomial.polyval(root, curvature) != 0:
-                    places.append(Place(number, root))
-        if not places:
-            return []
-        values = self.path.maps_eigenvalues(places)
-        return [Detected("LP", place, value) for place, value in zip(places, values)]
-
-    def _refine_minima(self, kind: str) -> None:
-        """Go down every dip of |test function| that may hide a pair of roots between two points."""
-        for _ in range(MINIMUM_REFINEMENTS):
-            positions, signs, logs = self._tests(kind)
-            wanted = []
-            for i in range(1, len(logs) - 1):
-                same_sign = signs[i - 1] == signs[i] == signs[i + 1]
-                if same_sign and logs[i] < logs[i - 1] and logs[i] < logs[i + 1]:
-                    vertex = _vertex(positions[i - 1 : i + 2], logs[i - 1 : i + 2])
-                    if vertex is not None:
-                        wanted.append(self.path.place(vertex))
-            if not wanted:
-                return
-            self._insert(wanted)
+            roots = real_roots(slope, 0.0, step.length)
+            if step.start < 0:
+                mirrored = slope * (-1.0) ** np.arange(len(slope))
+                roots += [-root for root in real_roots(mirrored, 0.0, -step.start)]
+            found += [Detected("LP", Place(number, root)) for root in roots]
+        return found
 
     def _roots(self, kind: str) -> list[Detected]:
-        positions, signs, _ = self._tests(kind)
+        slopes = np.array([self.path.rate_slope(place) for place in self.places])
+        signs, _ = test_function(kind, self.eigenvalues, slopes)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
-            place = self._locate(kind, positions[i], positions[i + 1])
+            place = self._locate(kind, self.places[i], self.places[i + 1])
             point = self._classify(kind, place) if place is not None else None
             if point is not None:
                 found.append(point)
         return found
 
-    def _locate(self, kind: str, low: float, high: float) -> Place | None:
-        reference = None
+    def _locate(self, kind: str, low: Place, high: Place) -> Place | None:
+        step = low.step
+        last = high.a if high.step == step else self.path.steps[step].length
+        reference: float | None = None
 
-        def value(position: float) -> float:
+        def value(a: float) -> float:
             nonlocal reference
-            eigenvalues, slopes = self._evaluate([self.path.place(position)])
-            signs, logs = test_function(kind, eigenvalues, slopes)
+            place = Place(step, a)
+            eigenvalues = np.linalg.eigvals(self.path.maps([place]))
+            signs, logs = test_function(kind, eigenvalues, np.array([self.path.rate_slope(place)]))
             if reference is None:
-                reference = logs[0]
+                reference = float(logs[0])
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -600, 600)))
 
-        # stay inside one step: its ends are points of the list
-        shift = 1e-12 * (high - low)
         try:
-            root = brentq(value, low + shift, high - shift, xtol=1e-15 * max(high, 1.0), rtol=1e-14)
+            return Place(step, float(brentq(value, low.a, last, xtol=1e-7 * (last - low.a), rtol=1e-12)))
         except ValueError:
             return None
-        return self.path.place(float(root))
 
     def _classify(self, kind: str, place: Place) -> Detected | None:
         """The type of a root, or nothing where the test function vanishes for another reason."""
-        eigenvalues = self.path.maps_eigenvalues([place])[0]
+        eigenvalues = np.linalg.eigvals(self.path.maps([place]))[0]
         if kind == "flip":
-            if np.abs(eigenvalues + 1).min() > UNIT_TOLERANCE:
-                return None
-            return Detected("BP" if self.path.symmetric else "PD", place, eigenvalues)
+            close = np.abs(eigenvalues + 1).min() < ROOT_TOLERANCE
+            return Detected("BP" if self.path.symmetric else "PD", place) if close else None
         if kind == "unit":
-            return Detected("BP", place, eigenvalues) if np.abs(eigenvalues - 1).min() < UNIT_TOLERANCE else None
-        complex_ones = eigenvalues[np.abs(eigenvalues.imag) > 1e-7]
-        if len(complex_ones) == 0 or np.abs(np.abs(complex_ones) - 1).min() > UNIT_TOLERANCE:
-            return None  # a neutral saddle: two real multipliers whose product is one
-        return Detected("NS", place, eigenvalues)
+            return Detected("BP", place) if np.abs(eigenvalues - 1).min() < ROOT_TOLERANCE else None
+        # a real pair with product one is a neutral saddle, not a torus
+        complex_ones = eigenvalues[np.abs(eigenvalues.imag) > 1e-6]
+        close = np.abs(np.abs(complex_ones) - 1).min(initial=np.inf) < ROOT_TOLERANCE
+        return Detected("NS", place) if close else None
+
+
+def _stencil(positions: Array, centre: float, count: int) -> Array:
+    """Indices of `count` neighbouring points around an index (or between two)."""
+    count = min(count, len(positions))
+    first = int(np.clip(np.ceil(centre - count / 2), 0, len(positions) - count))
+    return np.arange(first, first + count)
+
+
+def _lagrange(nodes: Array, positions: Array) -> Array:
+    """Weights (positions, nodes) of polynomial interpolation."""
+    diagonal = np.eye(len(nodes), dtype=bool)
+    gaps = np.where(diagonal, 1.0, nodes[:, None] - nodes[None, :])
+    ratios = (positions[:, None] - nodes)[:, None, :] / gaps
+    return np.asarray(np.where(diagonal, 1.0, ratios).prod(axis=2))
 
 
 def _vertex(positions: Array, logs: Array) -> float | None:

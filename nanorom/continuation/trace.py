@@ -25,8 +25,8 @@ class Settings:
     leave the frequency range on either side.
     """
 
-    tolerance: float = 1e-10
-    series: float = 1e-10
+    tolerance: float = 1e-9
+    series: float = 1e-8
     depth: int = 1
     steps: int = 2000
     harmonics: int = 150
@@ -123,7 +123,7 @@ class Tracer:
         previous_length = 0.0
         for _ in range(self.settings.steps):
             try:
-                x, rate, factors = balance.correct(x, rate, border, 1e-9)
+                x, rate, factors = balance.correct(x, rate, border, 1e-7)
             except NewtonFailure:
                 raise ContinuationError(f"branch lost at omega = {rate * self.period_multiple:.6g} (scaled)") from None
             wanted = self.adapt(balance, x)
@@ -133,7 +133,7 @@ class Tracer:
                 if wanted > known:
                     known = wanted
                     continue
-                x, rate, factors = balance.correct(x, rate, border, 1e-9)
+                x, rate, factors = balance.correct(x, rate, border, 1e-7)
             known = balance.basis.harmonics
             packed, rates = expansion.expand(x, rate, factors)
             length = self._length(balance, packed, rates)
