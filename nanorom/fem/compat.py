@@ -54,7 +54,10 @@ def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: in
     ``cells`` (c, (order + 1)(order + 2)/2) are node numbers in Basix' order, ``points`` (n, 2);
     ranks may pass any share of them, usually rank 0 passes all.
     """
-    _, domain = _coordinate_domain(order)
+    return _distributed(comm, cells, points, _coordinate_domain(order)[1])
+
+
+def _distributed(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, domain: Any) -> Any:
     cells = np.ascontiguousarray(cells, dtype=np.int64)
     points = np.ascontiguousarray(points, dtype=np.float64)
     names = list(inspect.signature(dolfinx.mesh.create_mesh).parameters)
@@ -148,3 +151,35 @@ def versions() -> dict[str, str]:
 
     modules = {"dolfinx": dolfinx, "basix": basix, "petsc4py": petsc4py, "slepc4py": slepc4py}
     return {name: module.__version__ for name, module in modules.items()}
+
+
+def assemble_matrix_into(matrix: Any, form: Any) -> None:
+    """Add an assembled bilinear form to an existing matrix of its sparsity. Collective."""
+    from dolfinx.fem import petsc
+
+    petsc.assemble_matrix(matrix, form, bcs=[])
+    matrix.assemble()
+
+
+def surface_space(mesh: Any, degree: int, components: int) -> Any:
+    """Continuous vector-valued Lagrange space on a triangulated surface in space."""
+    if _basix_ufl is not None:
+        element = _basix_ufl.element(
+            "Lagrange", "triangle", degree, lagrange_variant=_GLL, shape=(components,)
+        )
+        return fem.functionspace(mesh, element)
+    element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=components)
+    return fem.FunctionSpace(mesh, element)
+
+
+def create_surface_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int) -> Any:
+    """As `create_mesh`, of a surface in space: ``points`` are (n, 3)."""
+    if _basix_ufl is not None:
+        element = _basix_ufl.element(
+            "Lagrange", "triangle", order, lagrange_variant=_EQUISPACED, shape=(3,)
+        )
+    else:
+        cell = ufl.Cell("triangle", geometric_dimension=3)
+        scalar = ufl.FiniteElement("Lagrange", cell, order, variant="equispaced")
+        element = ufl.VectorElement(scalar, dim=3)
+    return _distributed(comm, cells, points, ufl.Mesh(element))

@@ -73,6 +73,16 @@ def curve_cells(
     return nodes
 
 
+def polar_cells(corners: np.ndarray, order: int) -> np.ndarray:
+    """Node coordinates (c, n, 2) of cells that are triangles in radius and angle."""
+    barycentric = reference_nodes(order)
+    radius = np.linalg.norm(corners, axis=2)
+    angle = np.arctan2(corners[..., 1], corners[..., 0])
+    angle = np.unwrap(angle, axis=1)
+    r, theta = radius @ barycentric.T, angle @ barycentric.T
+    return np.stack([r * np.cos(theta), r * np.sin(theta)], axis=2)
+
+
 def _extension(a: np.ndarray, b: np.ndarray, order: int) -> np.ndarray:
     """Matrix (n, order - 1) from an edge's displacements to those of all nodes of its cell."""
     t = edge_fractions(order)

@@ -89,12 +89,12 @@ def _disc(degree: int, order: int, size: float, layer: float) -> Discretisation:
     radii = np.concatenate([[0.0], 1 - np.cumsum(widths[::-1])[::-1], [1.0]])
     uniform = np.concatenate([[0.0], core + (1 - core) * np.arange(len(widths) + 1) / len(widths)])
 
-    def grading(points: np.ndarray) -> np.ndarray:
+    def move(points: np.ndarray) -> np.ndarray:
         radius = np.linalg.norm(points, axis=1)
         scale = np.interp(radius, uniform, radii) / np.where(radius > 0, radius, 1.0)
         return points * scale[:, None]
 
-    return Discretisation(file, parameters, degree, order, grading)
+    return Discretisation(file, parameters, degree, order, Grading(move, polar=core))
 
 
 def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
@@ -127,12 +127,12 @@ def _rectangle(
         lines.append(np.concatenate([[0.0], np.cumsum(widths)]) - side / 2)
         parameters[name] = float(len(widths))
 
-    def grading(points: np.ndarray) -> np.ndarray:
+    def move(points: np.ndarray) -> np.ndarray:
         uniform = [np.linspace(line[0], line[-1], len(line)) for line in lines]
         return np.column_stack([np.interp(points[:, i], uniform[i], lines[i]) for i in (0, 1)])
 
     file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
-    return Discretisation(file, parameters, degree, 1, grading)
+    return Discretisation(file, parameters, degree, 1, Grading(move))
 
 
 def _end_rows(kind: str, size: float, tolerance: float | None, layer: float) -> np.ndarray:

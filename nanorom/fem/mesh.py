@@ -6,7 +6,7 @@ gmsh runs on rank 0 only and makes straight triangles; the nodes of higher order
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,17 @@ from mpi4py import MPI
 from nanorom.errors import MeshError
 from nanorom.fem import compat, curved
 
-Grading = Callable[[np.ndarray], np.ndarray]
+
+@attrs.frozen
+class Grading:
+    """Moves the vertices of a uniform mesh to where small cells are needed.
+
+    move: (n, 2) -> (n, 2); polar: cells beyond this radius of the moved mesh are linear in polar
+    coordinates, so that thin rings of wide cells stay valid.
+    """
+
+    move: Callable[[np.ndarray], np.ndarray]
+    polar: float = np.inf
 
 
 @attrs.frozen
@@ -60,20 +70,18 @@ def build(
 ) -> Domain:
     """Mesh a ``.geo`` (with its parameters) or read a ``.msh`` and distribute it. Collective.
 
-    ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``grading`` moves the nodes
-    (n, 2) to their final place.  Raises MeshError on every rank alike.
+    ``order`` is that of the cells' map (a ``.msh`` keeps its own).  Raises MeshError on every
+    rank alike.
     """
     data: MeshData | MeshError | None = None
     if comm.rank == 0:
         try:
-            data = load(file, parameters or {}, order)
+            data = load(file, parameters or {}, order, grading)
         except MeshError as error:
             data = error
     data = comm.bcast(data if comm.rank == 0 and isinstance(data, MeshError) else None) or data
     if isinstance(data, MeshError):
         raise data
-    if grading is not None and data is not None:
-        data = attrs.evolve(data, points=grading(data.points))
     return distribute(comm, data)
 
 
@@ -108,7 +116,9 @@ def _local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.n
     return found
 
 
-def load(file: Path, parameters: Mapping[str, float], order: int) -> MeshData:
+def load(
+    file: Path, parameters: Mapping[str, float], order: int, grading: Grading | None = None
+) -> MeshData:
     """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
     import gmsh
 
@@ -122,7 +132,7 @@ def load(file: Path, parameters: Mapping[str, float], order: int) -> MeshData:
             gmsh.open(str(file))
             if len(gmsh.model.mesh.getNodes()[0]) == 0:
                 gmsh.model.mesh.generate(2)
-                return _from_geometry(gmsh, order, file)
+                return _from_geometry(gmsh, file, order, grading)
             return _from_mesh(gmsh, file)
         except MeshError:
             raise
@@ -132,7 +142,7 @@ def load(file: Path, parameters: Mapping[str, float], order: int) -> MeshData:
         gmsh.finalize()
 
 
-def _from_geometry(gmsh: Any, order: int, file: Path) -> MeshData:
+def _from_geometry(gmsh: Any, file: Path, order: int, grading: Grading | None) -> MeshData:
     """Straight triangles of the model just meshed, curved to ``order`` on its curves."""
     vertex, points = _vertices(gmsh)
     triangles = _elements(gmsh, 2, vertex)
@@ -140,27 +150,51 @@ def _from_geometry(gmsh: Any, order: int, file: Path) -> MeshData:
     points = points.copy()
     edges = {tag: _curve_edges(gmsh, tag, vertex, points) for _, tag in gmsh.model.getEntities(1)}
     facets = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
+    if grading is not None:
+        points = grading.move(points)
     if order == 1:
         return MeshData(points, triangles, 1, facets)
-
-    at = {}
-    for local, (a, b) in enumerate(curved.EDGES):
-        for cell, (i, j) in enumerate(triangles[:, (a, b)].tolist()):
-            at.setdefault((min(i, j), max(i, j)), []).append((cell, local))
     edge_points = {}
+    for (i, j), curve in _edge_curves(gmsh, edges, order):
+        if grading is not None:
+            curve = grading.move(curve)
+        edge_points[i, j] = curve
+    cells, n_nodes = curved.number_nodes(triangles, len(points), order)
+    corners = points[triangles]
+    places = curved.curve_cells(corners, _by_cell(triangles, edge_points), order)
+    if grading is not None:
+        ring = (np.linalg.norm(corners, axis=2) > grading.polar * (1 - 1e-9)).all(axis=1)
+        places[ring] = curved.polar_cells(corners[ring], order)
+    nodes = np.empty((n_nodes, 2))
+    nodes[cells] = places
+    return MeshData(nodes, cells, order, facets)
+
+
+def _edge_curves(
+    gmsh: Any, edges: Mapping[int, tuple[np.ndarray, np.ndarray]], order: int
+) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
+    """Vertex pair of every edge on a curve that is no line, and the curve's points between."""
     for tag, (pairs, spans) in edges.items():
         if gmsh.model.getType(1, tag) == "Line" or len(pairs) == 0:
             continue
         t = spans[:, :1] + (spans[:, 1:] - spans[:, :1]) * curved.edge_fractions(order)
         curve = np.reshape(gmsh.model.getValue(1, tag, t.ravel()), (len(pairs), order - 1, 3))
-        for (i, j), nodes in zip(pairs.tolist(), curve[:, :, :2]):
-            for cell, local in at.get((min(i, j), max(i, j)), ()):
-                same = triangles[cell, curved.EDGES[local][0]] == i
-                edge_points[cell, local] = nodes if same else nodes[::-1]
-    cells, n_nodes = curved.number_nodes(triangles, len(points), order)
-    nodes = np.empty((n_nodes, 2))
-    nodes[cells] = curved.curve_cells(points[triangles], edge_points, order)
-    return MeshData(nodes, cells, order, facets)
+        for (i, j), places in zip(pairs.tolist(), curve[:, :, :2]):
+            yield (i, j), places
+
+
+def _by_cell(
+    triangles: np.ndarray, edge_points: Mapping[tuple[int, int], np.ndarray]
+) -> dict[tuple[int, int], np.ndarray]:
+    """Points on edges by cell and local edge, in the edge's direction within the cell."""
+    found = {}
+    for local, (a, b) in enumerate(curved.EDGES):
+        for cell, (i, j) in enumerate(triangles[:, (a, b)].tolist()):
+            if (i, j) in edge_points:
+                found[cell, local] = edge_points[i, j]
+            elif (j, i) in edge_points:
+                found[cell, local] = edge_points[j, i][::-1]
+    return found
 
 
 def _from_mesh(gmsh: Any, file: Path) -> MeshData:

@@ -1,0 +1,99 @@
+"""Geometrically exact shell: mid-surface and director, one energy, rotations of any size.
+
+The state is the displacement u of the mid-surface and the change delta of its director,
+
+    phi = X + u,   d = D + delta,   F = grad phi,   P = grad X = I - N (x) N,
+    E = 1/2 (F^T F - P),   K = sym(F^T grad d - P grad D),   gamma = F^T d - P D,
+    Pi = int 1/2 [ E:C:E + h^2/12 K:C:K + 5/6 G h |gamma|^2 + E h (1/2 (d.d - D.D))^2 ],
+
+with surface gradients and C the plane-stress stiffness of a St. Venant-Kirchhoff material (Simo and
+Fox 1989, doi:10.1016/0045-7825(89)90002-9).  The director has three components instead of two
+angles: its length is held by the last term (a thickness strain, Buechter and Ramm 1992), so that
+no parametrisation of rotations can become singular and the energy is a polynomial of degree four.
+Terms of the order (thickness x curvature)^2 are neglected, as in every such theory.  Locking is
+overcome by degree: displacement and director are of the same degree, four or more.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from nanorom.fem import compat
+
+SHEAR_FACTOR = 5 / 6
+LOWEST_DEGREE = 4
+
+
+class Shell:
+    """Energies and load forms of a shell on a surface mesh in space.
+
+    Parameters
+    ----------
+    mesh : surface mesh (gdim 3) with cells of any order.
+    degree : of displacement and director.
+    director : (local nodes, 3) unit normals at the space's nodes, or None for normals averaged
+        over the cells that meet in a node.
+    """
+
+    def __init__(self, mesh: Any, degree: int, director: Any = None) -> None:
+        self.mesh = mesh
+        self.degree = degree
+        self.space = compat.surface_space(mesh, degree, 6)
+        self.state = fem.Function(self.space)
+        self.u, self.delta = split(self.state)
+        self.directors = compat.surface_space(mesh, degree, 3)
+        self.director = fem.Function(self.directors)
+        x = self.directors.tabulate_dof_coordinates()
+        normals = director(x) if director is not None else self._averaged_normals()
+        self.director.x.array[:] = np.ascontiguousarray(normals).ravel()
+        self.youngs_modulus = fem.Constant(mesh, 1.0)
+        self.nu = fem.Constant(mesh, 0.0)
+        self.thickness = fem.Constant(mesh, 1.0)
+        self.pre_tension = fem.Constant(mesh, 0.0)
+
+    def _averaged_normals(self) -> np.ndarray:
+        raise NotImplementedError
+
+    # -- kinematics -----------------------------------------------------------------------------
+
+    def strains(self, u: Any, delta: Any) -> tuple[Any, Any, Any, Any]:
+        """Membrane strain, curvature change, transverse shear and thickness strain."""
+        # not grad(x), which UFL takes for the identity of space
+        placement = ufl.Jacobian(self.mesh) * ufl.JacobianInverse(self.mesh)
+        director = self.director
+        deformed = placement + ufl.grad(u)
+        turned = ufl.grad(director) + ufl.grad(delta)
+        membrane = 0.5 * (deformed.T * deformed - placement.T * placement)
+        curvature = ufl.sym(deformed.T * turned - placement.T * ufl.grad(director))
+        shear = deformed.T * (director + delta) - placement.T * director
+        stretch = ufl.inner(delta, director) + 0.5 * ufl.inner(delta, delta)
+        return membrane, curvature, shear, stretch
+
+    def energy(self, state: Any = None) -> Any:
+        """Elastic energy of a state (the shell's own by default)."""
+        u, delta = split(self.state if state is None else state)
+        membrane, curvature, shear, stretch = self.strains(u, delta)
+        e, nu, h = self.youngs_modulus, self.nu, self.thickness
+
+        def stored(a: Any) -> Any:
+            return ((1 - nu) * ufl.inner(a, a) + nu * ufl.tr(a) ** 2) / (1 - nu**2)
+
+        density = stored(membrane) + h**2 / 12 * stored(curvature) + stretch**2
+        density += SHEAR_FACTOR / (2 * (1 + nu)) * ufl.inner(shear, shear)
+        density = 0.5 * e * h * density + self.pre_tension * ufl.tr(membrane)
+        return density * self.dx()
+
+    def dx(self) -> Any:
+        """Integration over the mid-surface; more points than that gain nothing."""
+        return ufl.dx(self.mesh, metadata={"quadrature_degree": 2 * self.degree + 2})
+
+def split(state: Any) -> tuple[Any, Any]:
+    """Displacement and change of director of a state."""
+    return (
+        ufl.as_vector([state[i] for i in range(3)]),
+        ufl.as_vector([state[i] for i in range(3, 6)]),
+    )

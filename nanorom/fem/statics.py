@@ -1,0 +1,336 @@
+"""Nonlinear static load cases: energy + load + supports -> load path, whatever the model.
+
+A problem is R(x, p) = dPi/dx - p F(x) = 0 for a load of magnitude p.  `load_steps` raises p, each
+step a SNES solve that starts from the extrapolated path and is cut back when it fails; `arc_length`
+follows the path by its length (Riks 1979, doi:10.1016/0020-7683(79)90081-7; in the form of
+Keller's pseudo-arclength) and so passes limit points.  The stiffness is factorised as L D L^T, so
+the signs of its pivots tell for every state whether it is stable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+import ufl
+from dolfinx import fem
+from petsc4py import PETSc
+
+from nanorom.errors import SolverError
+from nanorom.fem import algebra, compat
+
+RESIDUAL = 1e-11  # of a step, relative to its load
+STEP = 1e-10  # a Newton step so small (relative to the state) has converged too
+MOST_NEWTON_STEPS = 25
+SMALLEST_CUT = 2.0**-14  # of the step asked for
+GROWTH = 1.5  # of an arc-length step that converged easily
+EASY = 5  # Newton steps
+
+
+class StaticProblem:
+    """A discrete model under one load.
+
+    Parameters
+    ----------
+    state : Function of a blocked Lagrange space; it holds the current state.
+    energy : UFL energy of the model as a functional of the state.
+    load : linear form F(x; v) of a unit load, which may depend on the state, or None.
+    nodal_load : (local dofs,) further unit load, e.g. a point force.
+    fixed : local numbers (unrolled) of the degrees of freedom that do not move.
+    symmetric : the load has a potential too (False for a follower load on a free edge).
+    """
+
+    def __init__(
+        self,
+        state: Any,
+        energy: Any,
+        load: Any = None,
+        nodal_load: np.ndarray | None = None,
+        fixed: np.ndarray | None = None,
+        symmetric: bool = True,
+    ) -> None:
+        self.state = state
+        self.space = state.function_space
+        self.free = algebra.FreeDofs(
+            self.space, np.empty(0, dtype=np.int32) if fixed is None else fixed
+        )
+        self.symmetric = symmetric
+        self.magnitude = fem.Constant(self.space.mesh, 0.0)
+        self._nodal = None if nodal_load is None else nodal_load[self.free.local]
+        residual = ufl.derivative(energy, state)
+        self._load = None
+        if load is not None:
+            self._load = compat.form(load)
+            residual = residual - self.magnitude * load
+        self._residual = compat.form(residual)
+        self._stiffness = compat.form(ufl.derivative(residual, state))
+        self._full = algebra.assemble(self._stiffness)
+        self.stiffness = self.free.restrict(self._full)
+        self._solver = self._direct_solver()
+
+    # -- the discrete problem -------------------------------------------------------------------
+
+    @property
+    def comm(self) -> Any:
+        """Communicator of the mesh."""
+        return self.space.mesh.comm
+
+    def free_values(self) -> np.ndarray:
+        """Owned free degrees of freedom of the current state."""
+        return self.state.x.array[self.free.local].copy()
+
+    def set_state(self, values: np.ndarray, magnitude: float) -> None:
+        """Make a state (owned free dofs) under a load the current one. Collective."""
+        self.state.x.array[self.free.local] = values
+        self.state.x.scatter_forward()
+        self.magnitude.value = magnitude
+
+    def residual(self) -> np.ndarray:
+        """R(x, p) on the owned free degrees of freedom. Collective."""
+        r = algebra.assemble_vector(self._residual)[self.free.local]
+        return r if self._nodal is None else r - float(self.magnitude.value) * self._nodal
+
+    def load(self) -> np.ndarray:
+        """F(x) on the owned free degrees of freedom. Collective."""
+        f = np.zeros(len(self.free.local)) if self._nodal is None else self._nodal.copy()
+        if self._load is not None:
+            f += algebra.assemble_vector(self._load)[self.free.local]
+        return f
+
+    def assemble_stiffness(self) -> None:
+        """dR/dx of the current state into ``stiffness``. Collective."""
+        self._full.zeroEntries()
+        compat.assemble_matrix_into(self._full, self._stiffness)
+        self._full.createSubMatrix(self.free.set, self.free.set, self.stiffness)
+
+    def norm(self, values: np.ndarray) -> float:
+        """Euclidean norm over all ranks."""
+        return float(np.sqrt(self.comm.allreduce(values @ values)))
+
+    # -- solvers --------------------------------------------------------------------------------
+
+    def _direct_solver(self) -> PETSc.KSP:
+        solver = PETSc.KSP().create(self.comm)
+        solver.setOptionsPrefix("nanorom_statics_")
+        solver.setOperators(self.stiffness)
+        self._use_direct(solver)
+        return solver
+
+    def _use_direct(self, solver: PETSc.KSP) -> None:
+        if self.symmetric:
+            algebra.use_cholesky(solver)
+            return
+        solver.setType("preonly")
+        solver.getPC().setType("lu")
+        solver.getPC().setFactorSolverType("mumps")
+        solver.setFromOptions()
+
+    def factorise(self) -> None:
+        """Factors of the current stiffness, for `back_substitute` and `unstable`. Collective."""
+        self.assemble_stiffness()
+        self._solver.setOperators(self.stiffness)
+        try:
+            self._solver.setUp()
+        except PETSc.Error as error:
+            raise SolverError(f"the tangent stiffness cannot be factorised: {error}") from error
+
+    def back_substitute(self, right_hand_side: np.ndarray) -> np.ndarray:
+        """Solution of the factorised stiffness for one right-hand side. Collective."""
+        b, x = self.stiffness.createVecLeft(), self.stiffness.createVecRight()
+        b.array[:] = right_hand_side
+        self._solver.solve(b, x)
+        return x.array.copy()
+
+    def negative_pivots(self) -> int:
+        """Unstable directions of the factorised state; -1 if the load has no potential."""
+        return algebra.negative_pivots(self._solver) if self.symmetric else -1
+
+    def solve(self, magnitude: float, guess: np.ndarray | None = None) -> int:
+        """Equilibrium under a load by SNES; returns the Newton steps taken. Collective.
+
+        Starts from ``guess`` or the current state, which it leaves alone if it raises SolverError.
+        """
+        before, before_magnitude = self.free_values(), float(self.magnitude.value)
+        snes = PETSc.SNES().create(self.comm)
+        snes.setOptionsPrefix("nanorom_statics_")
+        x, f = self.stiffness.createVecRight(), self.stiffness.createVecLeft()
+
+        def function(_snes: Any, x: Any, f: Any) -> None:
+            self.set_state(x.array_r, magnitude)
+            f.array[:] = self.residual()
+
+        def jacobian(_snes: Any, x: Any, *_matrices: Any) -> None:
+            self.set_state(x.array_r, magnitude)
+            self.assemble_stiffness()
+
+        snes.setFunction(function, f)
+        snes.setJacobian(jacobian, self.stiffness)
+        PETSc.Options("nanorom_statics_")["snes_linesearch_type"] = "basic"
+        self._use_direct(snes.getKSP())
+        x.array[:] = before if guess is None else guess
+        self.set_state(before, magnitude)
+        scale = abs(magnitude) * self.norm(self.load())
+        snes.setTolerances(
+            rtol=0.0, atol=RESIDUAL * scale, stol=STEP, max_it=MOST_NEWTON_STEPS
+        )
+        snes.setFromOptions()
+        try:
+            snes.solve(None, x)
+            reason = snes.getConvergedReason()
+        except PETSc.Error:
+            reason = -3
+        steps = snes.getIterationNumber()
+        if reason <= 0 or not np.isfinite(self.norm(x.array_r)):
+            self.set_state(before, before_magnitude)
+            raise SolverError(f"no equilibrium at load {magnitude:g} (SNES reason {reason})")
+        self.set_state(x.array_r, magnitude)
+        snes.destroy()
+        return int(steps)
+
+
+@attrs.frozen(eq=False)
+class PathPoint:
+    """One state on a load path: its load, free dofs, and number of unstable directions."""
+
+    magnitude: float
+    values: np.ndarray
+    unstable: int
+
+    @property
+    def stable(self) -> bool:
+        """No direction lowers the energy."""
+        return self.unstable <= 0
+
+
+def load_steps(
+    problem: StaticProblem,
+    magnitudes: Sequence[float],
+    accept: Callable[[StaticProblem], bool] | None = None,
+) -> Iterator[PathPoint]:
+    """States under rising (or falling) loads from the current one, with automatic cut-back.
+
+    ``accept`` may refuse a state that SNES found, e.g. one past contact; the step is then cut back
+    as if it had diverged.  Raises SolverError that says which load was reached.
+    """
+    start = float(problem.magnitude.value)
+    previous: tuple[float, np.ndarray] | None = None
+    current = start, problem.free_values()
+    for target in magnitudes:
+        step = target - current[0]
+        smallest = abs(step) * SMALLEST_CUT
+        while current[0] != target:
+            trial = target if abs(target - current[0]) <= abs(step) else current[0] + step
+            guess = current[1]
+            if previous is not None and current[0] != previous[0]:
+                slope = (current[1] - previous[1]) / (current[0] - previous[0])
+                guess = current[1] + slope * (trial - current[0])
+            try:
+                problem.solve(trial, guess)
+                if accept is not None and not accept(problem):
+                    problem.set_state(current[1], current[0])
+                    raise SolverError(f"the state at load {trial:g} is not admissible")
+            except SolverError as error:
+                step /= 2
+                if abs(step) < smallest:
+                    raise SolverError(
+                        f"the load case stopped at load {current[0]:g} of {target:g}: beyond it no "
+                        "equilibrium was found (a limit point or an instability; follow the path "
+                        "by arc length, or refine the mesh)"
+                    ) from error
+                continue
+            previous, current = current, (trial, problem.free_values())
+        problem.factorise()
+        yield PathPoint(current[0], current[1], problem.negative_pivots())
+
+
+def arc_length(
+    problem: StaticProblem,
+    target: float,
+    step: float,
+    most_steps: int = 200,
+    largest: float | None = None,
+) -> Iterator[PathPoint]:
+    """States along the path from the current one, through limit points, up to a load.
+
+    step : first step in load; the path's length measures load and state alike, each in units of
+    what this first step changes.  The last state is at ``target`` exactly.  The caller may stop at
+    any time; raises SolverError, with the load reached, when steps become too small or too many.
+    """
+    p, x = float(problem.magnitude.value), problem.free_values()
+    problem.factorise()
+    rate = problem.back_substitute(problem.load())
+    scale = 1 / (abs(step) * problem.norm(rate))
+
+    def product(a: tuple[np.ndarray, float], b: tuple[np.ndarray, float]) -> float:
+        states = problem.comm.allreduce(a[0] @ b[0]) * scale**2
+        return float(states + a[1] * b[1] / step**2)
+
+    tangent = _tangent(rate, np.sign(target - p), product)
+    length = np.sqrt(2.0)
+    longest = largest or 20 * length
+    for _ in range(most_steps):
+        while True:
+            found = _correct(problem, x, p, tangent, length, product)
+            if found is not None:
+                break
+            length /= 2
+            if length < SMALLEST_CUT:
+                problem.set_state(x, p)
+                raise SolverError(f"the load path stopped at load {p:g}: its steps vanish")
+        x_new, p_new, steps = found
+        if (p_new - target) * (p - target) <= 0:
+            guess = x + (x_new - x) * (target - p) / (p_new - p)
+            problem.solve(target, guess)
+            problem.factorise()
+            yield PathPoint(target, problem.free_values(), problem.negative_pivots())
+            return
+        x, p = x_new, p_new
+        problem.factorise()
+        yield PathPoint(p, x, problem.negative_pivots())
+        problem.set_state(x, p)
+        rate = problem.back_substitute(problem.load())
+        new = _tangent(rate, 1.0, product)
+        tangent = new if product(new, tangent) > 0 else (-new[0], -new[1])
+        if steps <= EASY:
+            length = min(GROWTH * length, longest)
+    raise SolverError(f"the load path was still at load {p:g} after {most_steps} steps")
+
+
+def _tangent(rate: np.ndarray, sign: float, product: Any) -> tuple[np.ndarray, float]:
+    """Unit tangent (dx, dp) of the path from dx/dp."""
+    size = np.sqrt(product((rate, 1.0), (rate, 1.0)))
+    return sign * rate / size, float(sign / size)
+
+
+def _correct(
+    problem: StaticProblem,
+    x: np.ndarray,
+    p: float,
+    tangent: tuple[np.ndarray, float],
+    length: float,
+    product: Any,
+) -> tuple[np.ndarray, float, int] | None:
+    """Newton's method on the plane at a distance along the tangent; None if it fails."""
+    x_new, p_new = x + length * tangent[0], p + length * tangent[1]
+    for iteration in range(MOST_NEWTON_STEPS):
+        problem.set_state(x_new, p_new)
+        try:
+            problem.factorise()
+        except SolverError:
+            return None
+        r, f = problem.residual(), problem.load()
+        by_load, by_residual = problem.back_substitute(f), problem.back_substitute(r)
+        gap = length - product((x_new - x, p_new - p), tangent)
+        # K dx - F dp = -r on the plane <(dx, dp), tangent> = gap
+        dp = (gap + product((by_residual, 0.0), tangent)) / product((by_load, 1.0), tangent)
+        dx = by_load * dp - by_residual
+        x_new, p_new = x_new + dx, p_new + dp
+        size = np.sqrt(product((dx, dp), (dx, dp)))
+        if not np.isfinite(size) or size > 10 * length * (1 + iteration == 1):
+            return None
+        if size < STEP * (length + np.sqrt(product((x_new, p_new), (x_new, p_new)))):
+            problem.set_state(x_new, p_new)
+            return x_new, p_new, iteration + 1
+    return None

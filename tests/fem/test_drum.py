@@ -1,0 +1,151 @@
+"""The drum against exact frequencies and tensors."""
+
+import attrs
+import numpy as np
+import pytest
+
+from nanorom.errors import SolverError
+from nanorom.fem import reduce_scene
+from nanorom.scene import Accuracy, Reduction, Tension
+from tests.fem.exact import (
+    DENSITY,
+    MODULUS,
+    RADIUS,
+    THICKNESS,
+    clamped_disc,
+    drum,
+    drum_tensor,
+    membrane_disc,
+    paper_drum,
+)
+
+UNIT = MODULUS * THICKNESS / RADIUS**2  # E h/R^2, in which tensors are told
+FREQUENCY_TOLERANCE = 1e-7
+TENSOR_TOLERANCE = 1e-6  # of the largest entry
+ROUTE_TOLERANCE = 1e-9
+POTENTIAL_TOLERANCE = 1e-9
+
+# PHYSICS of the paper's device: spectral solution with T_x = 0.321, T_y = 0.257 N/m, in MHz
+PAPER = {
+    "f01": 21.15119357,
+    "f11s": 35.43957465,
+    "f11c": 36.72212759,
+    "f21c": 51.91279396,
+    "f21s": 52.14308452,
+    "f02": 57.68114750,
+}
+PAPER_F03 = 110.27634740
+
+# Membrane drum, nu = 0.16, exact to the digits shown: sums over the membrane's Bessel functions
+# (25-digit quadrature), in E h/R^2, b^(r)_jkl of the paper with both modes positive at the centre
+TABLE_1 = {
+    (1, 1, 1, 1): 2.839702975852,
+    (1, 2, 2, 2): 3.297553006293,
+    (1, 1, 1, 2): 1.707143506533,
+    (1, 1, 2, 2): 9.300841164477,
+    (2, 1, 1, 1): 0.569047835511,
+    (2, 2, 2, 2): 22.944139015372,
+    (2, 1, 1, 2): 9.300841164477,
+    (2, 1, 2, 2): 9.892659018879,
+}
+
+
+@pytest.mark.parametrize("kappa", [0.0, 10.0, 1e3, 1e5])
+def test_frequencies_of_a_clamped_drum_are_exact(kappa):
+    model = reduce_scene(drum(kappa, count=6))
+    rigidity = MODULUS * THICKNESS**3 / (12 * (1 - 0.16**2))
+    scale = np.sqrt(DENSITY * THICKNESS / rigidity) * RADIUS**2
+    found = 2 * np.pi * model.frequency * scale
+    assert found == pytest.approx(clamped_disc(kappa, 6), rel=FREQUENCY_TOLERANCE)
+
+
+def test_frequencies_of_the_papers_drum():
+    model = reduce_scene(paper_drum(15))
+    found = dict(zip(model.label, model.frequency / 1e6))
+    for name, frequency in PAPER.items():
+        assert found[name] == pytest.approx(frequency, rel=1e-9)
+    assert model.label[14] == "f03"
+    assert found["f03"] == pytest.approx(PAPER_F03, rel=FREQUENCY_TOLERANCE)
+
+
+def test_cubic_tensor_of_a_clamped_drum_is_exact():
+    exact = drum_tensor()
+    model = reduce_scene(drum(100.0))
+    error = np.abs(model.cubic / UNIT - exact[:11, :11, :11, :11])
+    assert error.max() < TENSOR_TOLERANCE * np.abs(exact).max()
+    assert not model.quadratic.any()
+
+
+def test_table_1_of_the_paper():
+    scene = drum(100.0, count=6, model="membrane")
+    model = reduce_scene(scene)
+    zeros = membrane_disc(6)
+    tension = scene.tension.x
+    found = 2 * np.pi * model.frequency * RADIUS * np.sqrt(DENSITY * THICKNESS / tension)
+    assert found == pytest.approx(zeros, rel=FREQUENCY_TOLERANCE)
+    mode = {1: model.label.index("f01"), 2: model.label.index("f02")}
+    for (r, j, k, l), exact in TABLE_1.items():
+        multiplicity = 1 if j == k == l else 3
+        value = multiplicity * model.cubic[mode[r], mode[j], mode[k], mode[l]] / UNIT
+        assert value == pytest.approx(exact, rel=TENSOR_TOLERANCE), (r, j, k, l)
+
+
+def test_static_load_cases_give_the_direct_tensor():
+    scene = attrs.evolve(paper_drum(5), accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3))
+    direct = reduce_scene(scene)
+    step = reduce_scene(attrs.evolve(scene, reduction=Reduction(method="step")))
+    largest = np.abs(direct.cubic).max()
+    assert np.abs(step.cubic - direct.cubic).max() < ROUTE_TOLERANCE * largest
+    assert step.diagnostics["load_cases"] == 2 * 5 + 3 * 10 + 10
+    assert step.diagnostics["asymmetry"] < POTENTIAL_TOLERANCE
+    quadratic_force = np.abs(step.quadratic).max() * THICKNESS**2
+    assert quadratic_force < POTENTIAL_TOLERANCE * largest * THICKNESS**3
+
+
+@pytest.mark.parametrize("amplitude", [1e-3, 1e-1, 1.0])
+def test_step_does_not_depend_on_its_amplitude(amplitude):
+    scene = attrs.evolve(paper_drum(2), accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3))
+    direct = reduce_scene(scene)
+    reduction = Reduction(method="step", amplitude=amplitude * THICKNESS)
+    step = reduce_scene(attrs.evolve(scene, reduction=reduction))
+    spread = np.abs(step.cubic - direct.cubic).max() / np.abs(direct.cubic).max()
+    assert spread < 1e-8
+
+
+@pytest.mark.parametrize("method", ["direct", "step"])
+def test_free_in_plane_displacement_softens(method):
+    scene = attrs.evolve(paper_drum(1), accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3))
+    stiffness = {}
+    for in_plane in ("free", "fixed"):
+        reduction = Reduction(method=method, in_plane=in_plane)
+        stiffness[in_plane] = reduce_scene(attrs.evolve(scene, reduction=reduction)).cubic[0, 0, 0, 0]
+    assert 0.4 * stiffness["fixed"] < stiffness["free"] < 0.9 * stiffness["fixed"]
+
+
+def test_tensors_do_not_depend_on_the_mesh():
+    """Orientation, sign and scale of every mode are the same on two coarse meshes."""
+    scene = drum(100.0)
+    models = [
+        reduce_scene(attrs.evolve(scene, accuracy=Accuracy(degree=6, mesh_size=size * RADIUS)))
+        for size in (0.4, 0.3)
+    ]
+    difference = np.abs(models[0].cubic - models[1].cubic).max()
+    assert difference < 1e-3 * np.abs(models[1].cubic).max()
+
+
+def test_compression_beyond_buckling_is_an_error():
+    rigidity = MODULUS * THICKNESS**3 / (12 * (1 - 0.16**2))
+    critical = 14.681970642 * rigidity / RADIUS**2  # j_11^2: buckling of a clamped disc
+    for factor, stable in ((0.99, True), (1.01, False)):
+        scene = attrs.evolve(drum(1.0, 1), tension=Tension(x=-factor * critical, y=-factor * critical))
+        if stable:
+            assert reduce_scene(scene).frequency[0] > 0
+        else:
+            with pytest.raises(SolverError, match="not stable"):
+                reduce_scene(scene)
+
+
+def test_more_modes_than_the_mesh_can_give_is_an_error():
+    scene = attrs.evolve(paper_drum(60), accuracy=Accuracy(degree=2, mesh_size=RADIUS / 2))
+    with pytest.raises(SolverError, match="60 modes asked for"):
+        reduce_scene(scene)
