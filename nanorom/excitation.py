@@ -202,3 +202,7 @@ class Excitation:
             if name not in document:
                 raise SceneError(f"{name}: missing section [{name}]")
         return cls(**{name: v.from_table(classes[name], name, t) for name, t in document.items()})
+
+    def to_toml(self) -> str:
+        """The sections as TOML in SI numbers; reading it gives an equal object."""
+        return v.to_tables(self)

@@ -391,16 +391,7 @@ class Scene:
 
     def to_toml(self) -> str:
         """The scene as TOML in SI numbers; reading it gives an equal scene."""
-        blocks = []
-        for field in attrs.fields(type(self)):
-            section = getattr(self, field.name)
-            if section is None:
-                continue
-            lines = v.to_table(section)
-            if field.name == "geometry":
-                lines = f'shape = "{section.shape}"\n{lines}'
-            blocks.append(f"[{field.name}]\n{lines}\n")
-        return "\n".join(blocks)
+        return v.to_tables(self)
 
 
 _CLASSES: dict[str, Any] = {

@@ -166,9 +166,18 @@ def read_text(path: Path) -> str:
         raise SceneError(f"{path}: cannot be read: {error}") from None
 
 
+def to_tables(parts: Any) -> str:
+    """TOML of an object whose fields are sections; those at None are left out."""
+    sections = {field.name: getattr(parts, field.name) for field in attrs.fields(type(parts))}
+    return "\n".join(
+        f"[{name}]\n{to_table(section)}\n" for name, section in sections.items() if section
+    )
+
+
 def to_table(section: Any) -> str:
     """TOML lines of a section's fields, units as comments, fields at None left out."""
-    lines = []
+    shape = getattr(section, "shape", None)
+    lines = [f"shape = {to_toml_value(shape)}"] if shape else []
     for key, field in _fields(type(section)).items():
         value = getattr(section, field.name)
         if value is not None:

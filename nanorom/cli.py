@@ -1,0 +1,232 @@
+"""The command line. Bad input gets one line and status 1; a traceback needs --debug."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from nanorom.errors import FileError, NanoromError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit status."""
+    # Threaded BLAS makes the many small dense operations here several times slower.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    options = _parser().parse_args(arguments)
+    try:
+        options.command(options)
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader of a pipe has had enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except KeyboardInterrupt:
+        return _fail(options, "interrupted", 130)
+    except NanoromError as error:
+        return _fail(options, str(error))
+    except MemoryError:
+        return _fail(options, "not enough memory; ask for fewer modes or a coarser mesh")
+    except Exception as error:
+        message = f"unexpected {type(error).__name__}: {error} (--debug shows where)"
+        return _fail(options, message)
+    return 0
+
+
+def _fail(options: argparse.Namespace, message: str, status: int = 1) -> int:
+    if options.debug:
+        raise
+    from nanorom.workflow import mpi_rank
+
+    if mpi_rank() == 0:
+        print(f"nanorom: error: {' '.join(message.split())}", file=sys.stderr)
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="nanorom",
+        description="Reduced-order models of nanomechanical resonators from first principles.",
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
+    shared = argparse.ArgumentParser(add_help=False)
+    shared.add_argument("--debug", action="store_true", help="show tracebacks")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    def command(name: str, run: Any, text: str) -> argparse.ArgumentParser:
+        sub = commands.add_parser(name, parents=[shared], help=text, description=text)
+        sub.set_defaults(command=run)
+        return sub
+
+    sub = command("run", _run, "Do everything a scene asks for: model, response, pictures.")
+    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+    sub.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
+    _add_overrides(sub)
+
+    sub = command("reduce", _reduce, "Reduce a scene to its modal model.")
+    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+    sub.add_argument("-o", "--output", type=Path, required=True, metavar="ROM", help="rom.h5")
+    _add_overrides(sub)
+
+    sub = command("info", _info, "Print what a rom.h5 or a response.h5 holds.")
+    sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
+
+    sub = command("respond", _respond, "Follow the frequency response of a reduced model.")
+    sub.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
+    sub.add_argument("sweep", type=Path, metavar="SWEEP", help="TOML with [drive] and [sweep]")
+    sub.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="RESPONSE", help="response.h5"
+    )
+
+    sub = command("plot", _plot, "Draw a rom.h5 (mode gallery) or a response.h5.")
+    sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
+    sub.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
+    )
+    return parser
+
+
+def _add_overrides(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("instead of what the scene says")
+    group.add_argument("--method", help="direct | step | tangent")
+    group.add_argument("--in-plane", help="free | fixed")
+    group.add_argument("--modes", help="a count (11) or mode numbers (1,2,6)")
+    group.add_argument("--tolerance", help="relative error to aim at (1e-6)")
+    group.add_argument("--degree", help="polynomial degree, together with a mesh size")
+    group.add_argument("--mesh-size", help='size of the cells ("0.2 um")')
+
+
+class _Version(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from importlib import metadata
+
+        print(f"nanorom {metadata.version('nanorom')}")
+        parser.exit()
+
+
+def _scene(options: argparse.Namespace) -> Any:
+    from nanorom.scene import Scene
+
+    return Scene.from_file(options.scene).with_(
+        method=options.method,
+        in_plane=options.in_plane,
+        modes=None if options.modes is None else _modes(options.modes),
+        tolerance=options.tolerance,
+        degree=None if options.degree is None else _integer("--degree", options.degree),
+        mesh_size=_number(options.mesh_size),
+    )
+
+
+def _modes(text: str) -> int | list[int]:
+    numbers = [_integer("--modes", part) for part in text.split(",")]
+    return numbers if "," in text else numbers[0]
+
+
+def _integer(option: str, text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise NanoromError(f"{option}: found {text!r}; allowed: whole numbers") from None
+
+
+def _number(text: str | None) -> str | float | None:
+    """A plain number is in SI, as in a scene file; anything else carries its unit."""
+    try:
+        return text if text is None else float(text)
+    except ValueError:
+        return text
+
+
+def _run(options: argparse.Namespace) -> None:
+    from nanorom.workflow import mpi_rank, run
+
+    scene = _scene(options)
+    with _progress() as progress:
+        summary = run(scene, options.output, progress)
+    if summary is not None and mpi_rank() == 0:
+        total = sum(summary["seconds"].values())
+        print(f"results in {options.output} after {total:.1f} s")
+
+
+def _reduce(options: argparse.Namespace) -> None:
+    from nanorom.files import check_writable
+    from nanorom.workflow import mpi_rank, reduce
+
+    scene = _scene(options)
+    check_writable(options.output)
+    with _progress() as progress:
+        model = reduce(scene, progress)
+    if mpi_rank() == 0:
+        model.save(options.output)
+
+
+def _info(options: argparse.Namespace) -> None:
+    from nanorom import report
+
+    kind, content = _load(options.file)
+    print(report.model_text(content) if kind == "rom" else report.response_text(content))
+
+
+def _respond(options: argparse.Namespace) -> None:
+    from nanorom.excitation import Excitation
+    from nanorom.files import check_writable
+    from nanorom.response import respond
+    from nanorom.rom import ReducedModel
+
+    check_writable(options.output)
+    excitation = Excitation.from_file(options.sweep)
+    model = ReducedModel.load(options.model)
+    with _progress() as progress:
+        response = respond(model, excitation.drive, excitation.sweep, excitation.damping, progress)
+    response.save(options.output)
+
+
+def _plot(options: argparse.Namespace) -> None:
+    from nanorom.files import check_directory, make_directory
+
+    directory = options.file.parent if options.output is None else options.output
+    check_directory(directory)
+    kind, content = _load(options.file)
+    from nanorom import plots
+
+    make_directory(directory)
+    if kind == "rom":
+        plots.mode_gallery(content, directory / "modes.png")
+    else:
+        plots.response_figure(content, directory / "response.png")
+        plots.amplitude_panels(content, directory / "amplitudes.png")
+
+
+def _load(path: Path) -> tuple[str, Any]:
+    from nanorom import hdf5, responsefile, romfile
+
+    kind = hdf5.kind_of(path)
+    if kind == responsefile.FORMAT:
+        return "response", responsefile.load(path)
+    if kind in ("", romfile.FORMAT):
+        return "rom", romfile.load(path)
+    raise FileError(f"{path}: an HDF5 file of format {kind!r}; expected a rom.h5 or a response.h5")
+
+
+@contextmanager
+def _progress() -> Iterator[Any]:
+    """A callable(stage, done, total) that draws a bar, or None where nobody would see it."""
+    from nanorom.workflow import mpi_rank
+
+    if mpi_rank() != 0 or not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    bar = tqdm(file=sys.stderr, leave=False, bar_format="{desc}: {n_fmt}/{total_fmt} [{elapsed}]")
+
+    def show(stage: str, done: int, total: int) -> None:
+        bar.total, bar.n = total, done
+        bar.set_description_str(stage)
+
+    try:
+        yield show
+    finally:
+        bar.close()

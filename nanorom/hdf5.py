@@ -1,0 +1,175 @@
+"""HDF5 files read without trust.
+
+Shapes and types are checked before anything is allocated, links to other files are refused, and
+nothing in a file is executed. Whatever is wrong becomes one line with the file's name.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from nanorom.errors import FileError, NanoromError
+from nanorom.files import atomic_path
+
+MOST_NUMBERS = 200_000_000  # entries of one dataset; a longer one is not read
+
+
+@contextmanager
+def create(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+    """A new file of a nanorom format, written whole or not at all; raises FileError."""
+    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(format=kind, format_version=version, nanorom_version=_version())
+        yield file
+
+
+@contextmanager
+def opened(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+    """A file of a nanorom format to read; every error inside becomes a FileError of one line."""
+    path = Path(path)
+    if not path.is_file():
+        raise FileError(f"{path}: no such file")
+    try:
+        with _open(path) as file:
+            _check_format(file, kind, version)
+            yield file
+    except NanoromError as error:
+        raise FileError(f"{path}: {error}") from None
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, RecursionError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise FileError(f"{path}: damaged, or not a {kind} file: {reason}") from None
+
+
+def _open(path: Path) -> h5py.File:
+    try:
+        return h5py.File(path, "r")
+    except OSError:
+        raise FileError("not an HDF5 file, or cut short") from None
+
+
+def _check_format(file: h5py.File, kind: str, newest: int) -> None:
+    found = text(file.attrs.get("format", ""))
+    if found != kind:
+        raise FileError(f"an HDF5 file of format {found!r}; expected {kind!r}")
+    version = file.attrs.get("format_version")
+    if not isinstance(version, (int, np.integer)) or version < 1:
+        raise FileError(f"format_version: found {version!r}; expected {newest}")
+    if version > newest:
+        raise FileError(
+            f"format_version: found {version}, this nanorom reads up to {newest}; "
+            "use a newer nanorom"
+        )
+
+
+def kind_of(path: str | Path) -> str:
+    """The format that a file says it has, "" if it is no HDF5 file; raises FileError if missing."""
+    path = Path(path)
+    if not path.is_file():
+        raise FileError(f"{path}: no such file")
+    try:
+        with h5py.File(path, "r") as file:
+            return text(file.attrs.get("format", ""))
+    except (OSError, RuntimeError, ValueError, TypeError):
+        return ""
+
+
+def read(
+    parent: h5py.Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
+) -> np.ndarray:
+    """A dataset of the expected shape (None: any length) and kinds of type."""
+    return np.asarray(dataset(parent, name, shape, kinds)[()])
+
+
+def dataset(
+    parent: h5py.Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
+) -> h5py.Dataset:
+    """The same, not yet read."""
+    item = _own(parent, name)
+    if not isinstance(item, h5py.Dataset):
+        raise FileError(f"{name}: missing, or not a dataset of this file")
+    if item.external is not None or item.is_virtual:
+        raise FileError(f"{name}: its numbers are outside the file")
+    if len(item.shape) != len(shape) or any(
+        wanted not in (None, found) for wanted, found in zip(shape, item.shape)
+    ):
+        wanted = ", ".join("any" if length is None else str(length) for length in shape)
+        raise FileError(f"{name}: found shape {item.shape}; expected ({wanted})")
+    if item.dtype.kind not in kinds:
+        raise FileError(f"{name}: found type {item.dtype}; expected another one")
+    if item.size > MOST_NUMBERS:
+        raise FileError(f"{name}: found {item.size} entries; at most {MOST_NUMBERS} are read")
+    return item
+
+
+def group(parent: h5py.Group, name: str) -> h5py.Group:
+    """A group of the file."""
+    item = _own(parent, name)
+    if not isinstance(item, h5py.Group):
+        raise FileError(f"{name}: missing, or not a group of this file")
+    return item
+
+
+def _own(parent: h5py.Group, name: str) -> Any:
+    """A member that is in the file itself, reached by hard links only."""
+    for part in name.split("/"):
+        if not isinstance(parent, h5py.Group):
+            return None
+        link = parent.get(part, getlink=True)
+        parent = parent.get(part) if isinstance(link, h5py.HardLink) else None
+    return parent
+
+
+def write_names(parent: h5py.Group, name: str, names: tuple[str, ...]) -> None:
+    """Names as a dataset of UTF-8 strings."""
+    parent.create_dataset(name, data=list(names), shape=(len(names),), dtype=h5py.string_dtype())
+
+
+def read_names(parent: h5py.Group, name: str, length: int | None) -> tuple[str, ...]:
+    """Names written by `write_names`."""
+    return tuple(text(x) for x in read(parent, name, (length,), kinds="OSU"))
+
+
+def write_attributes(parent: h5py.Group, values: Mapping[str, Any]) -> None:
+    """Numbers, strings, arrays and (as JSON) dictionaries as attributes."""
+    for name, value in values.items():
+        is_mapping = isinstance(value, Mapping)
+        parent.attrs[name] = json.dumps(value, default=float) if is_mapping else value
+
+
+def read_attributes(parent: h5py.Group) -> dict[str, Any]:
+    """Attributes written by `write_attributes`."""
+    found: dict[str, Any] = {}
+    for name, value in parent.attrs.items():
+        if isinstance(value, (str, bytes)):
+            words = text(value)
+            found[name] = from_json(words) if words.startswith("{") else words
+        else:
+            found[name] = value.item() if np.ndim(value) == 0 else np.asarray(value)
+    return found
+
+
+def from_json(words: str) -> dict[str, Any]:
+    """A JSON object."""
+    value = json.loads(words)
+    if not isinstance(value, dict):
+        raise FileError("expected a JSON object in an attribute")
+    return value
+
+
+def text(value: Any) -> str:
+    """A string as HDF5 gives it."""
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _version() -> str:
+    try:
+        return metadata.version("nanorom")
+    except metadata.PackageNotFoundError:
+        return "unknown"

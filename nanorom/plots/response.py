@@ -1,0 +1,202 @@
+"""Frequency responses: one curve per drive level, stability, special points, mode by mode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+from matplotlib.cm import viridis
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from nanorom.plots.style import COLUMN, save, scaled, styled, with_unit
+from nanorom.response import SPECIAL_POINTS, Response
+
+Array = NDArray[np.float64]
+Measure = Callable[[Array], Array]  # amplitudes (..., L) of all modes to the plotted one
+
+MARKERS = {"LP": "s", "PD": "D", "NS": "o", "BP": "^"}
+UNSTABLE = (0, (2.5, 1.2))
+TAKES_PART = 1e-3  # of the largest amplitude; modes below are not drawn
+NEUTRAL = "0.3"
+BRIGHTEST = 0.85  # of the colour map: the yellow end is too pale for lines
+
+
+@attrs.frozen(eq=False)
+class Curve:
+    """A stretch of a branch that is stable or unstable throughout."""
+
+    omega: Array
+    amplitude: Array
+    stable: bool
+
+
+@styled
+def response_figure(response: Response, path: str | Path | None = None) -> Figure:
+    """Draw total amplitude against drive frequency, (and write the picture).
+
+    The total |q| is sqrt(sum_r max|q_r|^2): the modal amplitude where one mode dominates.
+    """
+    figure = Figure(figsize=(COLUMN, 0.82 * COLUMN), layout="constrained")
+    axes = figure.add_subplot()
+    length, frequency = _length_unit(response, _total), _frequency_unit(response)
+    _draw(axes, response, _total, length, frequency)
+    axes.set_ylabel(f"amplitude |q| ({length[1]})")
+    axes.set_xlabel(f"drive frequency ({frequency[1]})")
+    _legend(axes, response)
+    if path is not None:
+        save(figure, path)
+    return figure
+
+
+@styled
+def amplitude_panels(response: Response, path: str | Path | None = None) -> Figure:
+    """Draw max |q_r| against drive frequency, a panel per mode that takes part."""
+    largest = _largest(response, lambda amplitude: amplitude)
+    modes = np.flatnonzero(largest >= TAKES_PART * largest.max())
+    frequency = _frequency_unit(response)
+    height = 0.62 * len(modes) + 0.9
+    figure = Figure(figsize=(COLUMN, height), layout="constrained")
+    panels = figure.subplots(len(modes), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, mode in zip(panels, modes):
+        measure = _mode(int(mode))
+        length = _length_unit(response, measure)
+        _draw(axes, response, measure, length, frequency)
+        axes.set_ylabel(f"{response.label[mode]}\n({length[1]})", linespacing=1.2)
+        axes.locator_params(axis="y", nbins=3)
+    figure.align_ylabels(panels)
+    panels[-1].set_xlabel(f"drive frequency ({frequency[1]})")
+    _legend(panels[0], response)
+    if path is not None:
+        save(figure, path)
+    return figure
+
+
+def _total(amplitude: Array) -> Array:
+    return np.asarray(np.linalg.norm(amplitude, axis=-1))
+
+
+def _mode(number: int) -> Measure:
+    return lambda amplitude: amplitude[..., number]
+
+
+def _largest(response: Response, measure: Measure) -> Any:
+    """The largest value(s) of a measure within the swept range, over all levels and branches."""
+    start, stop = (2 * np.pi * f for f in response.sweep.hertz(float(response.frequency[0])))
+    shown = [
+        branch.amplitude[(branch.omega >= start) & (branch.omega <= stop)]
+        for diagram in response.diagrams
+        for branch in diagram.branches
+    ]
+    return np.max(measure(np.concatenate(shown)), axis=0)
+
+
+def _length_unit(response: Response, measure: Measure) -> tuple[float, str]:
+    return scaled(_largest(response, measure), "m")
+
+
+def _frequency_unit(response: Response) -> tuple[float, str]:
+    factor, unit = scaled(max(response.sweep.hertz(float(response.frequency[0]))), "Hz")
+    return factor / (2 * np.pi), unit
+
+
+def _draw(
+    axes: Any,
+    response: Response,
+    measure: Measure,
+    length: tuple[float, str],
+    frequency: tuple[float, str],
+) -> None:
+    levels = list(zip(_colours(response), response.diagrams))
+    for colour, diagram in reversed(levels):  # low levels lie within high ones: draw them on top
+        for branch in diagram.branches:
+            for curve in _stretches(branch):
+                axes.plot(
+                    curve.omega * frequency[0],
+                    measure(curve.amplitude) * length[0],
+                    color=colour,
+                    **_line(curve.stable),
+                )
+        for point in diagram.special_points:
+            axes.plot(
+                point.omega * frequency[0],
+                measure(point.amplitude) * length[0],
+                color=colour,
+                zorder=3,
+                **_marker(point.type),
+            )
+    start, stop = response.sweep.hertz(float(response.frequency[0]))
+    scale = 2 * np.pi * frequency[0]
+    axes.set_xlim(start * scale, stop * scale)
+    top = length[0] * _largest(response, measure)
+    axes.set_ylim(-0.04 * top, 1.08 * top)
+    axes.tick_params(length=2.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def _stretches(branch: Any) -> Iterator[Curve]:
+    """Cut a branch where its stability changes; the unstable side closes the gap."""
+    stable = np.asarray(branch.stable, dtype=bool)
+    changes = np.flatnonzero(np.diff(stable)) + 1
+    ends = [0, *changes, len(stable)]
+    for start, stop in zip(ends[:-1], ends[1:]):
+        holds = bool(stable[start])
+        part = slice(start, stop) if holds else slice(max(start - 1, 0), stop + 1)
+        yield Curve(branch.omega[part], branch.amplitude[part], holds)
+
+
+def _colours(response: Response) -> Any:
+    count = len(response.diagrams)
+    return viridis(np.linspace(0, BRIGHTEST, count) if count > 1 else [0.3])
+
+
+def _level_names(response: Response) -> list[str]:
+    """What tells the levels apart: the drives that are not zero throughout."""
+    units = response.drive.units
+    used = [any(level[i] for level in response.drive.levels) for i in (0, 1)]
+    return [
+        " + ".join(with_unit(level[i], units[i], 3) for i in (0, 1) if used[i])
+        for level in response.drive.levels
+    ]
+
+
+def _legend(axes: Any, response: Response) -> None:
+    """One legend above the axes: levels, line styles, and the special points that occur."""
+    handles = [
+        Line2D([], [], color=colour, label=name)
+        for colour, name in zip(_colours(response), _level_names(response))
+    ]
+    if any(not np.all(b.stable) for d in response.diagrams for b in d.branches):
+        handles.append(Line2D([], [], color=NEUTRAL, label="stable"))
+        handles.append(Line2D([], [], **_line(False), color=NEUTRAL, label="unstable"))
+    found = {point.type for diagram in response.diagrams for point in diagram.special_points}
+    for kind in MARKERS:
+        if kind in found:
+            style = {**_marker(kind), "color": NEUTRAL, "linestyle": "none"}
+            handles.append(Line2D([], [], **style, label=SPECIAL_POINTS[kind]))
+    axes.legend(
+        handles=handles,
+        loc="lower center",
+        bbox_to_anchor=(0.45, 1.0),
+        ncol=min(3, len(handles)),
+        handlelength=1.8,
+        columnspacing=1.2,
+    )
+
+
+def _line(stable: bool) -> dict[str, Any]:
+    return {"linestyle": "-" if stable else UNSTABLE, "linewidth": 1.1 if stable else 0.8}
+
+
+def _marker(kind: str) -> dict[str, Any]:
+    return {
+        "marker": MARKERS[kind],
+        "markerfacecolor": "white",
+        "markersize": 3.2,
+        "markeredgewidth": 0.8,
+    }

@@ -1,0 +1,167 @@
+"""What a reduced model and a response hold, as text for people and as data for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nanorom.excitation import DIRECT_PATTERNS, PARAMETRIC_PATTERNS
+from nanorom.rom import ReducedModel
+
+if TYPE_CHECKING:
+    from nanorom.response import Response
+
+
+def model_text(model: ReducedModel) -> str:
+    """A table of the modes and what the reduction reports about itself."""
+    rows = [
+        (
+            str(model.number[r]),
+            model.label[r],
+            f"{model.frequency[r]:.9e}",
+            f"{model.mass[r]:.6e}",
+            f"{model.stiffness[r, r]:.6e}",
+            _quality(model, r),
+            f"{model.quadratic[r, r, r]:.6e}",
+            f"{model.cubic[r, r, r, r]:.6e}",
+        )
+        for r in range(model.size)
+    ]
+    head = ("mode", "label", "frequency", "mass", "stiffness", "Q", "alpha_rr", "b_rrr")
+    units = ("", "", "Hz", "kg", "N/m", "1", "N/m^2", "N/m^3")
+    facts = [
+        ("modes", str(model.size)),
+        ("method", f"{model.method or 'unknown'}, in-plane {model.in_plane or 'unknown'}"),
+        ("normalisation", "max |phi| = 1, q in m, forces in N"),
+        ("asymmetry", f"{model.asymmetry:.1e}"),
+        ("drive", _patterns(model.drive, DIRECT_PATTERNS)),
+        ("parametric", _patterns(model.parametric, PARAMETRIC_PATTERNS)),
+    ]
+    rest = {name: value for name, value in model.diagnostics.items() if name != "asymmetry"}
+    facts += [(name, _short(rest[name])) for name in sorted(rest)]
+    facts += [("made with", ", ".join(f"{k} {v}" for k, v in sorted(model.versions.items())))]
+    return _table([head, units, *rows]) + "\n\n" + _list(facts)
+
+
+def response_text(response: Response) -> str:
+    """A table of the special points, level by level."""
+    direct_unit, parametric_unit = response.drive.units
+    head = ("level", "type", "frequency", "amplitude", "largest mode", "period", "branch")
+    units = ("", "", "Hz", "m", "", "of drive", "")
+    rows = []
+    for level, diagram in enumerate(response.diagrams, 1):
+        for point in diagram.special_points:
+            largest = int(np.argmax(point.amplitude))
+            rows.append(
+                (
+                    str(level),
+                    point.type,
+                    f"{point.omega / (2 * np.pi):.9e}",
+                    f"{point.amplitude[largest]:.6e}",
+                    response.label[largest],
+                    str(point.period_multiple),
+                    str(point.branch),
+                )
+            )
+    levels = [
+        (
+            f"level {n}",
+            f"{direct:g} {direct_unit} direct, {parametric:g} {parametric_unit} parametric: "
+            f"{len(diagram.branches)} branches, {len(diagram.special_points)} special points",
+        )
+        for n, ((direct, parametric), diagram) in enumerate(
+            zip(response.drive.levels, response.diagrams), 1
+        )
+    ]
+    text = _list(levels)
+    return f"{text}\n\n{_table([head, units, *rows])}" if rows else text
+
+
+def of_model(model: ReducedModel) -> dict[str, Any]:
+    """The modes and diagnostics of a model, ready for JSON."""
+    modes = [
+        {
+            "number": int(model.number[r]),
+            "label": model.label[r],
+            "frequency_Hz": float(model.frequency[r]),
+            "mass_kg": float(model.mass[r]),
+            "stiffness_N_per_m": float(model.stiffness[r, r]),
+            "quadratic_N_per_m2": float(model.quadratic[r, r, r]),
+            "cubic_N_per_m3": float(model.cubic[r, r, r, r]),
+        }
+        for r in range(model.size)
+    ]
+    return {
+        "modes": modes,
+        "method": model.method,
+        "in_plane": model.in_plane,
+        "asymmetry": model.asymmetry,
+        "diagnostics": {name: _plain(value) for name, value in model.diagnostics.items()},
+        "versions": model.versions,
+    }
+
+
+def of_response(response: Response) -> dict[str, Any]:
+    """The levels of a response with their special points, ready for JSON."""
+    units = response.drive.units
+    levels = []
+    for (direct, parametric), diagram in zip(response.drive.levels, response.diagrams):
+        points = [
+            {
+                "type": point.type,
+                "frequency_Hz": float(point.omega / (2 * np.pi)),
+                "amplitude_m": point.amplitude.tolist(),
+                "period_multiple": point.period_multiple,
+                "branch": point.branch,
+            }
+            for point in diagram.special_points
+        ]
+        levels.append(
+            {
+                "direct": {"level": direct, "unit": units[0]},
+                "parametric": {"level": parametric, "unit": units[1]},
+                "largest_amplitude_m": max(float(b.amplitude.max()) for b in diagram.branches),
+                "branches": len(diagram.branches),
+                "special_points": points,
+            }
+        )
+    return {"response": levels}
+
+
+def _quality(model: ReducedModel, r: int) -> str:
+    damping = model.damping[r, r]
+    if damping == 0:
+        return "-"
+    return f"{model.mass[r] * 2 * np.pi * model.frequency[r] / damping:.6g}"
+
+
+def _patterns(names: Iterable[str], units: dict[str, str]) -> str:
+    return ", ".join(f"{n} ({units[n]})" if n in units else n for n in names) or "none"
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{k} {_short(v)}" for k, v in value.items())
+    if isinstance(value, (float, np.floating)):
+        return f"{value:.4g}"
+    if isinstance(value, np.ndarray):
+        return ", ".join(_short(v) for v in value.tolist())
+    return str(value)
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(len(cell) for cell in column) for column in zip(*rows)]
+    return "\n".join(
+        "  ".join(cell.rjust(width) for cell, width in zip(row, widths)).rstrip() for row in rows
+    )
+
+
+def _list(facts: Sequence[tuple[str, str]]) -> str:
+    width = max(len(name) for name, _ in facts)
+    return "\n".join(f"{name.ljust(width)}  {value}" for name, value in facts if value)

@@ -1,0 +1,165 @@
+"""The file `response.h5`: branches and special points of every drive level."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from nanorom import hdf5
+from nanorom.continuation import Branch, Diagram, SpecialPoint
+from nanorom.errors import FileError
+from nanorom.excitation import Excitation
+from nanorom.response import SPECIAL_POINTS, Response
+from nanorom.validation import parse_toml
+
+FORMAT = "nanorom-response"
+FORMAT_VERSION = 1
+NONE = -1  # index of a parent or an origin that there is not
+MOST_BRANCHES = 10_000
+
+
+def save(response: Response, path: str | Path) -> None:
+    """Write the response, whole or not at all; raises FileError."""
+    with hdf5.create(path, FORMAT, FORMAT_VERSION) as file:
+        excitation = Excitation(drive=response.drive, sweep=response.sweep)
+        file.attrs["excitation"] = excitation.to_toml()
+        file["frequency"] = response.frequency
+        file["frequency"].attrs["unit"] = "Hz"
+        hdf5.write_names(file, "label", response.label)
+        for number, diagram in enumerate(response.diagrams):
+            _write_diagram(file.create_group(f"level/{number}"), diagram)
+
+
+def load(path: str | Path) -> Response:
+    """Read a response; raises FileError naming the file and what is wrong with it."""
+    with hdf5.opened(path, FORMAT, FORMAT_VERSION) as file:
+        excitation = Excitation.from_dict(parse_toml(hdf5.text(file.attrs["excitation"])))
+        frequency = hdf5.read(file, "frequency", (None,))
+        count = len(excitation.drive.levels)
+        return Response(
+            diagrams=tuple(
+                _read_diagram(hdf5.group(file, f"level/{number}"), len(frequency))
+                for number in range(count)
+            ),
+            drive=excitation.drive,
+            sweep=excitation.sweep,
+            frequency=frequency,
+            label=hdf5.read_names(file, "label", len(frequency)),
+        )
+
+
+def _write_diagram(level: h5py.Group, diagram: Diagram) -> None:
+    level.attrs.update(direct=diagram.direct, parametric=diagram.parametric)
+    level.attrs["branches"] = len(diagram.branches)
+    for number, branch in enumerate(diagram.branches):
+        group = level.create_group(f"branch/{number}")
+        group.attrs["period_multiple"] = branch.period_multiple
+        for name in ("parent", "origin"):
+            index = getattr(branch, name)
+            group.attrs[name] = NONE if index is None else index
+        for name, unit in (("omega", "rad/s"), ("amplitude", "m")):
+            group[name] = getattr(branch, name)
+            group[name].attrs["unit"] = unit
+        group["stable"] = np.asarray(branch.stable, dtype=np.uint8)
+        group["multipliers"] = np.asarray(branch.multipliers, dtype=complex)
+        _write_ragged(group, branch.coefficients, branch.amplitude.shape[1])
+    _write_points(level.create_group("special_points"), diagram)
+
+
+def _write_points(group: h5py.Group, diagram: Diagram) -> None:
+    points = diagram.special_points
+    size = diagram.branches[0].amplitude.shape[1] if diagram.branches else 0
+    hdf5.write_names(group, "type", tuple(point.type for point in points))
+    for name in ("omega", "branch", "period_multiple"):
+        group[name] = np.array([getattr(point, name) for point in points])
+    for name, width in (("amplitude", size), ("multipliers", 2 * size), ("state", 2 * size)):
+        group[name] = np.array([getattr(point, name) for point in points]).reshape(-1, width)
+    _write_ragged(group, [point.coefficients for point in points], size)
+
+
+def _write_ragged(group: h5py.Group, arrays: list[NDArray[Any]], size: int) -> None:
+    """Fourier coefficients (2H + 1, L) of all orbits, one after the other; H differs."""
+    group["rows"] = np.array([len(array) for array in arrays], dtype=np.int64)
+    group["coefficients"] = np.concatenate([np.empty((0, size)), *arrays])
+
+
+def _read_diagram(level: h5py.Group, size: int) -> Diagram:
+    count = _integer(level, "branches", 0, MOST_BRANCHES)
+    branches = []
+    for number in range(count):
+        group = hdf5.group(level, f"branch/{number}")
+        omega = _finite(group, "omega", (None,))
+        n = len(omega)
+        parent, origin = (_integer(group, name, NONE, None) for name in ("parent", "origin"))
+        branches.append(
+            Branch(
+                omega=omega,
+                amplitude=_finite(group, "amplitude", (n, size)),
+                stable=hdf5.read(group, "stable", (n,), kinds="ub").astype(bool),
+                multipliers=hdf5.read(group, "multipliers", (n, 2 * size), kinds="c"),
+                period_multiple=_integer(group, "period_multiple", 1, None),
+                parent=None if parent == NONE else parent,
+                origin=None if origin == NONE else origin,
+                coefficients=_read_ragged(group, n, size),
+            )
+        )
+    return Diagram(
+        branches=branches,
+        special_points=_read_points(hdf5.group(level, "special_points"), size, count),
+        direct=float(level.attrs["direct"]),
+        parametric=float(level.attrs["parametric"]),
+    )
+
+
+def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoint]:
+    types = hdf5.read_names(group, "type", None)
+    n = len(types)
+    for kind in types:
+        if kind not in SPECIAL_POINTS:
+            raise FileError(f"special_points: found type {kind!r}")
+    on = hdf5.read(group, "branch", (n,))
+    if n and not 0 <= on.min() <= on.max() < branches:
+        raise FileError("special_points: a point lies on no branch")
+    columns: dict[str, Any] = {
+        "omega": _finite(group, "omega", (n,)),
+        "amplitude": _finite(group, "amplitude", (n, size)),
+        "multipliers": hdf5.read(group, "multipliers", (n, 2 * size), kinds="fc"),
+        "state": _finite(group, "state", (n, 2 * size)),
+        "coefficients": _read_ragged(group, n, size),
+    }
+    multiples = hdf5.read(group, "period_multiple", (n,))
+    return [
+        SpecialPoint(
+            type=types[i],
+            branch=int(on[i]),
+            period_multiple=int(multiples[i]),
+            **{name: column[i] for name, column in columns.items()},
+        )
+        for i in range(n)
+    ]
+
+
+def _read_ragged(group: h5py.Group, count: int, size: int) -> list[NDArray[np.float64]]:
+    rows = hdf5.read(group, "rows", (count,), kinds="iu")
+    if count and rows.min() < 1:
+        raise FileError("rows: an orbit without coefficients")
+    flat = hdf5.read(group, "coefficients", (int(rows.sum()), size))
+    return np.split(flat, np.cumsum(rows)[:-1]) if count else []
+
+
+def _finite(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+    array = hdf5.read(group, name, shape)
+    if not np.isfinite(array).all():
+        raise FileError(f"{name}: contains NaN or infinite entries")
+    return array
+
+
+def _integer(group: h5py.Group, name: str, low: int, high: int | None) -> int:
+    value = group.attrs.get(name)
+    if not isinstance(value, (int, np.integer)) or value < low or (high and value > high):
+        raise FileError(f"{name}: found {value!r}; expected an integer from {low}")
+    return int(value)

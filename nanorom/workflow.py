@@ -1,0 +1,91 @@
+"""The main job from end to end: scene, reduced model, response, pictures, summary."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from nanorom import report
+from nanorom.errors import NanoromError
+from nanorom.files import atomic_path, check_directory, check_writable, make_directory
+from nanorom.rom import ReducedModel
+from nanorom.scene import Scene
+
+Progress = Callable[[str, int, int], None]  # stage, done, of how many
+
+FILES = ("rom.h5", "response.h5", "modes.png", "response.png", "amplitudes.png", "summary.json")
+
+
+def reduce(scene: Scene, progress: Progress | None = None) -> ReducedModel:
+    """Reduce a scene to its modal model (steps I to IV of the paper), by finite elements.
+
+    Under MPI every rank calls it and gets the same model.  Raises NanoromError if DOLFINx is not
+    installed, MeshError or SolverError if the scene cannot be solved.
+    """
+    try:
+        from nanorom.fem import reduce_scene
+    except ImportError as error:
+        raise NanoromError(
+            f"reducing a scene needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
+            "use ./run or the container image"
+        ) from error
+    return reduce_scene(scene, progress)
+
+
+def run(
+    scene: Scene, directory: str | Path, progress: Progress | None = None
+) -> dict[str, Any] | None:
+    """Do everything a scene asks for and leave the results in a directory.
+
+    Leaves rom.h5, modes.png and summary.json, and where the scene has a drive and a sweep also
+    response.h5, response.png and amplitudes.png.  Returns what is in summary.json; under MPI on
+    rank 0, which alone writes.
+    """
+    directory = Path(directory)
+    check_directory(directory)
+    if directory.is_dir():
+        for name in FILES:
+            check_writable(directory / name)
+    start = time.perf_counter()
+    model = reduce(scene, progress)
+    if mpi_rank() != 0:
+        return None
+    seconds = {"reduce": time.perf_counter() - start}
+    make_directory(directory)
+    model.save(directory / "rom.h5")
+    summary: dict[str, Any] = {"scene": scene.to_toml(), **report.of_model(model)}
+
+    start = time.perf_counter()
+    if scene.drive is not None and scene.sweep is not None:
+        from nanorom.response import respond
+
+        response = respond(model, scene.drive, scene.sweep, scene.damping, progress)
+        seconds["respond"] = time.perf_counter() - start
+        response.save(directory / "response.h5")
+        summary |= report.of_response(response)
+
+        start = time.perf_counter()
+        from nanorom.plots import amplitude_panels, response_figure
+
+        response_figure(response, directory / "response.png")
+        amplitude_panels(response, directory / "amplitudes.png")
+    from nanorom.plots import mode_gallery
+
+    mode_gallery(model, directory / "modes.png")
+    seconds["pictures"] = time.perf_counter() - start
+    summary["seconds"] = seconds
+    with atomic_path(directory / "summary.json") as temporary:
+        temporary.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    return summary
+
+
+def mpi_rank() -> int:
+    """Rank of this process as its launcher gives it, without loading MPI; 0 when run alone."""
+    for name in ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"):
+        if name in os.environ:
+            return int(os.environ[name])
+    return 0
