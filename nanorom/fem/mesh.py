@@ -93,10 +93,10 @@ def distribute(comm: MPI.Comm, data: MeshData | None) -> Domain:
     cells = data.cells if data else np.empty((0, n_nodes), dtype=np.int64)
     points = data.points if data else np.empty((0, 2))
     mesh = compat.create_mesh(comm, cells, points, order)
-    return Domain(mesh, _local_facets(mesh, facets))
+    return Domain(mesh, local_facets(mesh, facets))
 
 
-def _local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Local facets of each name, found by the input numbers of their two vertices."""
     topology = mesh.topology
     topology.create_connectivity(2, 1)

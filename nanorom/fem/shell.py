@@ -16,13 +16,17 @@ overcome by degree: displacement and director are of the same degree, four or mo
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 
-from nanorom.fem import compat
+from nanorom.fem import compat, mesh, quadrature
+from nanorom.fem.mesh import Domain
 
 SHEAR_FACTOR = 5 / 6
 LOWEST_DEGREE = 4
@@ -33,14 +37,20 @@ class Shell:
 
     Parameters
     ----------
-    mesh : surface mesh (gdim 3) with cells of any order.
+    domain : surface mesh (gdim 3) with cells of any order, and its tagged boundary.
     degree : of displacement and director.
-    director : (local nodes, 3) unit normals at the space's nodes, or None for normals averaged
-        over the cells that meet in a node.
+    director : unit normals (n, 3) at points (n, 3), or None for the average normal of the cells
+        that meet in a node.
     """
 
-    def __init__(self, mesh: Any, degree: int, director: Any = None) -> None:
-        self.mesh = mesh
+    def __init__(
+        self,
+        domain: Domain,
+        degree: int,
+        director: Callable[[np.ndarray], np.ndarray] | None = None,
+    ) -> None:
+        self.domain = domain
+        self.mesh = mesh = domain.mesh
         self.degree = degree
         self.space = compat.surface_space(mesh, degree, 6)
         self.state = fem.Function(self.space)
@@ -56,7 +66,21 @@ class Shell:
         self.pre_tension = fem.Constant(mesh, 0.0)
 
     def _averaged_normals(self) -> np.ndarray:
-        raise NotImplementedError
+        """Normals of the cells that meet in a node, averaged. Collective."""
+        reference = np.asarray(compat.reference_element(self.degree).points)
+        nodes = self.mesh.geometry.x[compat.cell_nodes(self.mesh)]
+        order = quadrature.coordinate_order(nodes.shape[1])
+        basis = compat.reference_element(order, equispaced=True).tabulate(1, reference)
+        basis = np.asarray(basis).reshape(3, len(reference), -1)
+        sides = np.einsum("kqn,cnd->kcqd", basis[1:], nodes, optimize=True)
+        total = np.zeros((len(self.director.x.array) // 3, 3))
+        n_owned = self.mesh.topology.index_map(2).size_local
+        np.add.at(total, compat.cell_dofs(self.directors)[:n_owned], np.cross(*sides)[:n_owned])
+        self.director.x.array[:] = total.ravel()
+        compat.scatter_reverse_add(self.director)
+        self.director.x.scatter_forward()
+        total = self.director.x.array.reshape(-1, 3)
+        return total / np.linalg.norm(total, axis=1, keepdims=True)
 
     # -- kinematics -----------------------------------------------------------------------------
 
@@ -90,6 +114,23 @@ class Shell:
     def dx(self) -> Any:
         """Integration over the mid-surface; more points than that gain nothing."""
         return ufl.dx(self.mesh, metadata={"quadrature_degree": 2 * self.degree + 2})
+
+
+def surface(
+    comm: MPI.Comm,
+    file: Path,
+    parameters: Mapping[str, float],
+    order: int,
+    place: Callable[[np.ndarray], np.ndarray],
+) -> Domain:
+    """Mesh a flat ``.geo`` and place its nodes (n, 2) on a surface in space (n, 3). Collective."""
+    data = mesh.load(file, parameters, order) if comm.rank == 0 else None
+    facets = comm.bcast(dict(data.facets) if data else None)
+    cells = data.cells if data else np.empty((0, (order + 1) * (order + 2) // 2), dtype=np.int64)
+    points = place(data.points) if data else np.empty((0, 3))
+    placed = compat.create_surface_mesh(comm, cells, points, order)
+    return Domain(placed, mesh.local_facets(placed, facets))
+
 
 def split(state: Any) -> tuple[Any, Any]:
     """Displacement and change of director of a state."""
