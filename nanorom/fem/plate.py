@@ -1,10 +1,12 @@
 """Von Karman plate and membrane: one energy, everything else is its derivatives.
 
-    Pi = int 1/2 E:C:E + N0:(1/2 grad w (x) grad w) + 1/2 kappa:D:kappa,
-    E = sym grad u + 1/2 grad w (x) grad w,   kappa = grad grad w
+    Pi = int 1/2 E:C:E + N0:E + 1/2 kappa:D:kappa,
+    E = sym grad u + 1/2 grad w (x) grad w + sym(grad w0 (x) grad w),   kappa = grad grad w
 
-with the in-plane displacement u and the deflection w (PHYSICS of the paper's step I; the pre-stress
-N0 is in equilibrium, so its product with sym grad u vanishes).  Kirchhoff bending on Lagrange
+with the in-plane displacement u, the deflection w (PHYSICS of the paper's step I) and the initial
+shape w0 (Marguerre 1938).  About a state in equilibrium (u_s, w_s) the film is the same model with
+the shape w0 + w_s and the membrane force N0 + C:E(u_s, w_s), and the terms linear in (u, w)
+balance the load; in a flat film under constant tension between supports they vanish.  Kirchhoff bending on Lagrange
 elements is made consistent and coercive by C0 interior penalty (Engel et al. 2002,
 doi:10.1016/S0045-7825(02)00286-4) with the local penalty of Bringmann, Carstensen and Streitberger
 (2023, doi:10.1515/jnma-2022-0117), which leaves no constant to tune.
@@ -17,6 +19,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import ufl
 from dolfinx import fem
 from ufl.geometry import FacetJacobianDeterminant
@@ -32,10 +35,11 @@ def membrane_stress(strain: Any, nu: Any) -> Any:
     return ((1 - nu) * strain + nu * ufl.tr(strain) * ufl.Identity(2)) / (1 - nu**2)
 
 
-def membrane_strain(u: Any, w: Any) -> Any:
-    """Von Karman strain of in-plane displacement u and deflection w."""
+def membrane_strain(u: Any, w: Any, shape: Any = None) -> Any:
+    """Von Karman strain of in-plane displacement u and deflection w of a film of some shape."""
     slope = ufl.grad(w)
-    return ufl.sym(ufl.grad(u)) + 0.5 * ufl.outer(slope, slope)
+    strain = ufl.sym(ufl.grad(u)) + 0.5 * ufl.outer(slope, slope)
+    return strain if shape is None else strain + ufl.sym(ufl.outer(ufl.grad(shape), slope))
 
 
 class Plate:
@@ -48,6 +52,11 @@ class Plate:
     clamped, pinned : names of the boundary curves where the film is clamped or simply supported;
         on both w = 0 and u = 0, the others are free.
     bending : with bending stiffness (plate) or without (membrane).
+
+    Attributes
+    ----------
+    shape : initial deflection w0 (UFL or Function), None where the film is flat.
+    prestress : membrane force (UFL tensor) in addition to the tension, None where there is none.
     """
 
     def __init__(
@@ -68,6 +77,8 @@ class Plate:
         self.bending_stiffness = fem.Constant(mesh, 0.0)
         self.nu = fem.Constant(mesh, 0.0)
         self.membrane_stiffness = fem.Constant(mesh, 1.0)
+        self.shape: Any = None
+        self.prestress: Any = None
 
     # -- energies -------------------------------------------------------------------------------
 
@@ -82,43 +93,77 @@ class Plate:
 
     def stretching_energy(self, u: Any, w: Any) -> Any:
         """1/2 int E:C:E, quadratic in u and quartic in w."""
-        strain = membrane_strain(u, w)
+        strain = membrane_strain(u, w, self.shape)
         density = ufl.inner(strain, membrane_stress(strain, self.nu))
         return 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
 
     def tension_energy(self, w: Any) -> Any:
         """1/2 int N0:(grad w (x) grad w)."""
         density = self.tension_x * w.dx(0) ** 2 + self.tension_y * w.dx(1) ** 2
-        return 0.5 * density * self.dx(2 * self.degree)
+        energy = 0.5 * density * self.dx(2 * self.degree)
+        if self.prestress is None:
+            return energy
+        slope = ufl.grad(w)
+        density = ufl.inner(self.prestress, ufl.outer(slope, slope))
+        return energy + 0.5 * density * self.dx(self.stretching_degree)
+
+    def preload_energy(self, u: Any, w: Any) -> Any:
+        """int N0:E as far as it is linear in (u, w)."""
+        force = ufl.as_matrix([[self.tension_x, 0.0], [0.0, self.tension_y]])
+        strain = ufl.sym(ufl.grad(u))
+        if self.prestress is not None:
+            force = force + self.prestress
+        if self.shape is not None:
+            strain = strain + ufl.sym(ufl.outer(ufl.grad(self.shape), ufl.grad(w)))
+        return ufl.inner(force, strain) * self.dx(self.stretching_degree)
+
+    def stretching_force(self, u: Any, w: Any) -> Any:
+        """Membrane force C:E of a displacement, in the unit of the tension."""
+        strain = membrane_strain(u, w, self.shape)
+        return self.membrane_stiffness * membrane_stress(strain, self.nu)
 
     def bending_energy(self, w: Any) -> Any:
-        """C0-interior-penalty energy of Kirchhoff bending, clamped edges included (Nitsche)."""
-        mesh = self.domain.mesh
-        normal = ufl.FacetNormal(mesh)
-        facet_by_area = FacetJacobianDeterminant(mesh) / abs(ufl.JacobianDeterminant(mesh))
-        # 3 a k (k - 1) / 8 per side of an interior facet, times h_E/|T| = 2 |J_E|/|J_T|
-        side = COERCIVITY * 0.75 * self.degree * (self.degree - 1) * facet_by_area
-
-        def moment(v: Any) -> Any:
-            curvature = ufl.grad(ufl.grad(v))
-            return (1 - self.nu) * curvature + self.nu * ufl.tr(curvature) * ufl.Identity(2)
-
-        def normal_moment(v: Any) -> Any:
-            return ufl.dot(normal, ufl.dot(moment(v), normal))
-
-        quadrature = {"quadrature_degree": 2 * self.degree}
-        inside = ufl.dS(mesh, metadata=quadrature)
-        edge = compat.facet_measure(mesh, self.clamped, quadrature)
-        slope = ufl.dot(ufl.grad(w), normal)
+        """C0-interior-penalty energy of Kirchhoff bending, clamped edges included."""
+        inside = ufl.dS(self.domain.mesh, metadata={"quadrature_degree": 2 * self.degree})
+        slope, moment, penalty = self._slope(w), self._normal_moment(w), self._penalty()
         kink = slope("+") + slope("-")
-        bulk = 0.5 * ufl.inner(moment(w), ufl.grad(ufl.grad(w))) * self.dx(2 * self.degree)
-        average = 0.5 * (normal_moment(w)("+") + normal_moment(w)("-"))
-        interior = (-average * kink + 0.5 * (side("+") + side("-")) * kink**2) * inside
-        clamped = (-normal_moment(w) * slope + 0.5 * 4 * side * slope**2) * edge
-        return self.bending_stiffness * (bulk + interior + clamped)
+        average = 0.5 * (moment("+") + moment("-"))
+        bulk = 0.5 * ufl.inner(self._moment(w), ufl.grad(ufl.grad(w))) * self.dx(2 * self.degree)
+        interior = (-average * kink + 0.5 * (penalty("+") + penalty("-")) * kink**2) * inside
+        return self.bending_stiffness * (bulk + interior) + self.clamping_energy(w, self.clamped)
+
+    def clamping_energy(self, w: Any, facets: np.ndarray) -> Any:
+        """Nitsche terms that hold the slope across boundary facets at zero."""
+        edge = compat.facet_measure(
+            self.domain.mesh, facets, {"quadrature_degree": 2 * self.degree}
+        )
+        slope = self._slope(w)
+        density = -self._normal_moment(w) * slope + 2 * self._penalty() * slope**2
+        return self.bending_stiffness * density * edge
+
+    def _moment(self, w: Any) -> Any:
+        """Bending moments per bending stiffness."""
+        curvature = ufl.grad(ufl.grad(w))
+        return (1 - self.nu) * curvature + self.nu * ufl.tr(curvature) * ufl.Identity(2)
+
+    def _normal_moment(self, w: Any) -> Any:
+        normal = ufl.FacetNormal(self.domain.mesh)
+        return ufl.dot(normal, ufl.dot(self._moment(w), normal))
+
+    def _slope(self, w: Any) -> Any:
+        return ufl.dot(ufl.grad(w), ufl.FacetNormal(self.domain.mesh))
+
+    def _penalty(self) -> Any:
+        """3 a k (k - 1) / 8 per side of an interior facet, times h_E/|T| = 2 |J_E|/|J_T|.
+
+        A boundary facet takes four times that.
+        """
+        mesh = self.domain.mesh
+        facet_by_area = FacetJacobianDeterminant(mesh) / abs(ufl.JacobianDeterminant(mesh))
+        return COERCIVITY * 0.75 * self.degree * (self.degree - 1) * facet_by_area
 
     def linear_energy(self, w: Any) -> Any:
-        """Energy about the flat pre-stressed state, quadratic in w."""
+        """Energy of tension and bending about an equilibrium, quadratic in w."""
         energy = self.tension_energy(w)
         return energy + self.bending_energy(w) if self.bending else energy
 
@@ -127,6 +172,11 @@ class Plate:
     def stiffness_form(self) -> Any:
         """Transverse stiffness K: second derivative of the linear energy."""
         first = ufl.derivative(self.linear_energy(self.w), self.w)
+        return ufl.derivative(first, self.w)
+
+    def clamping_form(self, facets: np.ndarray) -> Any:
+        """Second derivative of the clamping energy of some boundary facets."""
+        first = ufl.derivative(self.clamping_energy(self.w, facets), self.w)
         return ufl.derivative(first, self.w)
 
     def mass_form(self) -> Any:
