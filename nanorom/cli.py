@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -18,6 +19,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Threaded BLAS makes the many small dense operations here several times slower.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     options = _parser().parse_args(arguments)
+    if not options.debug:
+        logging.disable(logging.INFO)  # the form compiler prints its C compiler's command lines
     try:
         options.command(options)
         sys.stdout.flush()

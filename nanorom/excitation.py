@@ -126,7 +126,7 @@ def _frequency(key: str, default: Any = attrs.NOTHING) -> Any:
         match = _RELATIVE.fullmatch(value) if isinstance(value, str) else None
         if match:
             return Frequency(v.read_quantity(match[1], "1", key, v.POSITIVE), relative=True)
-        if isinstance(value, str) and value.rstrip().endswith("f1"):
+        if isinstance(value, str) and re.search(r"f\d", value):
             raise v.wrong(key, value, 'a multiple of the lowest frequency such as "0.8 f1"')
         return Frequency(v.read_quantity(value, "Hz", key, v.POSITIVE))
 

@@ -1,8 +1,9 @@
-"""Reduced models made of random numbers, for tests that need any sound model."""
+"""What several areas of tests share: any sound model, and the paper's drum as a scene."""
 
 import itertools
 
 import numpy as np
+import pytest
 
 from nanorom.rom import ReducedModel, Shapes
 
@@ -51,3 +52,42 @@ def square_shapes(rng, size, points=4):
     cells += [[c + 1, c + points + 1, c + points] for c in corner]
     xyz = np.column_stack([xy, np.zeros(len(xy))])
     return Shapes(xyz, cells, rng.uniform(-1, 1, (size, len(xyz))))
+
+
+DRUM = """
+[geometry]
+shape = "disc"
+radius = "2.5 um"
+[plate]
+thickness = "10 nm"
+[material]
+youngs_modulus = "410 GPa"
+poisson_ratio = 0.16
+density = "2267 kg/m^3"
+[tension]
+x = "0.321 N/m"
+y = "0.257 N/m"
+[support]
+edge = "clamped"
+[modes]
+count = 3
+[damping]
+quality_factor = 180
+[drive]
+direct = ["5 Pa", "20 Pa"]
+[sweep]
+from = "0.9 f1"
+to = "1.2 f1"
+"""
+
+
+@pytest.fixture(scope="session")
+def make_model():
+    """A function (size, seed, **changes) that gives a reduced model of random numbers."""
+    return random_model
+
+
+@pytest.fixture(scope="session")
+def drum_toml():
+    """The paper's drum with three modes and a response at two drive levels."""
+    return DRUM
