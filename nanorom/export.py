@@ -242,7 +242,11 @@ subroutine func(ndim, u, icp, par, ijac, f, dfdu, dfdp)
   double precision :: q(n), v(n), pairs(n*(n+1)/2), s, c, r2
   double precision :: linear(n,n), gq(n,n), gc(n,n), w(n,n)
   integer :: j, k, l, m
-  if (.not. ready) call load()
+  if (.not. ready) then
+!$omp critical (loading)
+    if (.not. ready) call load()
+!$omp end critical (loading)
+  end if
   q = u(1:n); v = u(n+1:2*n); s = u(2*n+1); c = u(2*n+2)
   do k = 1, n
     pairs(k*(k-1)/2+1 : k*(k-1)/2+k) = q(1:k)*q(k)
@@ -328,7 +332,7 @@ UZSTOP={{2: 1.0}}
 _SCRIPT = """\
 # From rest: raise the drive, sweep the frequency, then follow every branch that bifurcates.
 level = run('modal')
-sweep = dict(ICP=[1, 11], ILP=1, ISP=2, NMX=4000, DS=0.002, DSMAX=0.05)
+sweep = dict(ICP=[1, 11], ILP=1, ISP=2, NMX=4000, DS=0.002, DSMAX=0.02)
 base = run(level('UZ1'), UZSTOP={{1: [{low!r} - 1e-6, {high!r}]}}, **sweep)
 save(base, 'base')
 number = 0

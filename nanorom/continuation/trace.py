@@ -52,6 +52,7 @@ class Tracer:
     def __init__(self, system: ScaledSystem, support: Support, period_multiple: int, settings: Settings) -> None:
         self.system, self.support, self.period_multiple = system, support, period_multiple
         self.settings = settings
+        self.ending = "open"
         self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
         self.ladder = [h for h in HARMONIC_LADDER if 2 * period_multiple <= h <= settings.harmonics * period_multiple]
 
@@ -112,7 +113,7 @@ class Tracer:
         raise ContinuationError("the harmonics of the orbit do not converge; raise `harmonics`")
 
     def follow(self, orbit: Orbit, direction: Array | float, rate_range: tuple[float, float]) -> Iterator[Series]:
-        """Steps of the branch through a converged orbit until it leaves the range of rates.
+        """Steps of the branch through a converged orbit until it leaves the range of rates; `ending` says why it stopped.
 
         `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit moves first.
         """
@@ -120,12 +121,13 @@ class Tracer:
         balance, expansion = self.pair(next(h for h in self.ladder if h >= known))
         x, rate = balance.basis.compress(orbit.coefficients), orbit.rate
         border = self._first_border(balance, direction)
-        previous_length = 0.0
+        self.ending = "open"
         for _ in range(self.settings.steps):
             try:
                 x, rate, factors = balance.correct(x, rate, border, 1e-7)
             except NewtonFailure:
-                raise ContinuationError(f"branch lost at omega = {rate * self.period_multiple:.6g} (scaled)") from None
+                self.ending = "lost"
+                return
             wanted = self.adapt(balance, x)
             if wanted != balance.basis.harmonics:
                 x, border = self.transfer(balance, wanted, x, border)
@@ -140,15 +142,13 @@ class Tracer:
             series = Series(balance, packed, rates, length)
             length, inside = _leave(series, rate_range)
             series.length = length
-            previous_length = length
             yield series
             if not inside:
+                self.ending = "range"
                 return
             x, rate = series.at(series.length)
             border = series.tangent(series.length)
-        raise ContinuationError(
-            f"branch not finished after {self.settings.steps} steps (last length {previous_length:.1e}); raise `steps`"
-        )
+        self.ending = "steps"
 
     def _first_border(self, balance: HarmonicBalance, direction: Array | float) -> Array:
         border = np.zeros(balance.basis.size + 1)
