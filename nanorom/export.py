@@ -39,7 +39,8 @@ def export(
     system : ModalSystem
     to : "auto", "matlab" or "csv"
     target : a directory for AUTO, a file otherwise
-    omega : (low, high), range of drive frequencies of the AUTO problem (default: 0.8 to 1.5 times the lowest natural frequency)
+    omega : (low, high), range of drive frequencies of the AUTO problem (default: 0.8 to 1.5 times
+    the lowest natural frequency)
     direct, parametric : drive levels of the AUTO problem
 
     Raises
@@ -63,9 +64,11 @@ def export(
 
 
 def monomials(tensor: Array) -> list[tuple[tuple[int, ...], Array]]:
-    """Indices j <= k (<= l) and coefficient of every mode (L,) for a quadratic or cubic force tensor.
+    """Indices j <= k (<= l) and coefficient of every mode (L,) for a quadratic or cubic force
+    tensor.
 
-    The coefficient of q_j q_k q_l collects all orders of the indices; monomials that vanish for all modes are left out.
+    The coefficient of q_j q_k q_l collects all orders of the indices; monomials that vanish for all
+    modes are left out.
     """
     size, order = tensor.shape[0], tensor.ndim - 1
     result = []
@@ -137,7 +140,8 @@ class _atomic:
             os.unlink(self.name)
 
 
-# AUTO-07p ------------------------------------------------------------------------------------------
+# AUTO-07p
+# ------------------------------------------------------------------------------------------
 
 
 def _write_auto(

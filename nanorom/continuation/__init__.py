@@ -1,4 +1,6 @@
-"""Numerical continuation of small polynomial modal systems: periodic orbits, stability, bifurcations."""
+"""Numerical continuation of small polynomial modal systems: periodic orbits, stability,
+bifurcations.
+"""
 
 from .diagram import Branch, Diagram, SpecialPoint
 from .explore import explore

@@ -1,8 +1,9 @@
 """Harmonic balance of the modal equations: residual, Jacobian and Newton corrections.
 
-The force is evaluated at samples of the orbit and projected back (alternating frequency/time; Cameron and
-Griffin 1989, doi:10.1115/1.3176036); with the samples of `Basis` that is exact for a cubic force. The
-Jacobian is put together from the Fourier coefficients of the tangent stiffness, block Toeplitz plus Hankel.
+The force is evaluated at samples of the orbit and projected back (alternating frequency/time;
+Cameron and Griffin 1989, doi:10.1115/1.3176036); with the samples of `Basis` that is exact for a
+cubic force. The Jacobian is put together from the Fourier coefficients of the tangent stiffness,
+block Toeplitz plus Hankel.
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ from .system import Array, ScaledSystem
 
 
 class HarmonicBalance:
-    """The balance equations R(X, rate) = 0 of one system on one basis; rate = omega / period_multiple."""
+    """The balance equations R(X, rate) = 0 of one system on one basis; rate = omega /
+    period_multiple.
+    """
 
     def __init__(self, system: ScaledSystem, basis: Basis) -> None:
         self.system = system
@@ -28,9 +31,15 @@ class HarmonicBalance:
         self.damping_t = np.ascontiguousarray(sub.damping.T)
         self.stiffness_t = np.ascontiguousarray(sub.stiffness.T)
         # matrices [n, l, r] of the force G(q) q, linear and quadratic in q
-        self.quadratic = np.ascontiguousarray(sub.quadratic.transpose(1, 2, 0)).reshape(size, size * size)
-        self.cubic = np.ascontiguousarray(sub.cubic.transpose(1, 2, 3, 0)).reshape(size * size, size * size)
-        self.loss = np.ascontiguousarray(sub.loss.transpose(2, 3, 1, 0)).reshape(size * size, size * size)
+        self.quadratic = np.ascontiguousarray(sub.quadratic.transpose(1, 2, 0)).reshape(
+            size, size * size
+        )
+        self.cubic = np.ascontiguousarray(sub.cubic.transpose(1, 2, 3, 0)).reshape(
+            size * size, size * size
+        )
+        self.loss = np.ascontiguousarray(sub.loss.transpose(2, 3, 1, 0)).reshape(
+            size * size, size * size
+        )
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
         self.has_loss = bool(self.loss.any())
@@ -47,7 +56,9 @@ class HarmonicBalance:
     def linear(self, x: Array, rate: float) -> Array:
         basis = self.basis
         return (
-            rate**2 * basis.second_weight * x + rate * (self.derivative(x) @ self.damping_t) + x @ self.stiffness_t
+            rate**2 * basis.second_weight * x
+            + rate * (self.derivative(x) @ self.damping_t)
+            + x @ self.stiffness_t
         )
 
     def products(self, v: Array) -> Array:
@@ -113,7 +124,9 @@ class HarmonicBalance:
             samples += self._loss_tangent(v, x, rate)
         blocks = self._convolution(samples)
         harmonics = np.arange(basis.shape[0])
-        diagonal = self.stiffness_t[None] + (rate**2 * basis.second_weight)[:, :, None] * np.eye(size)
+        diagonal = self.stiffness_t[None] + (rate**2 * basis.second_weight)[:, :, None] * np.eye(
+            size
+        )
         blocks[harmonics, harmonics] += diagonal
         # d/dtheta moves the coefficient of row `derivative_row[i]` to row i
         coupling = rate * basis.derivative_weight[:, :, None] * self.damping_t
@@ -149,8 +162,8 @@ class HarmonicBalance:
     ) -> tuple[Array, float, BorderedFactors]:
         """Newton's method in the hyperplane orthogonal to `border` through (X, rate).
 
-        Stops when a correction is below `tolerance` relative to the orbit; the factors returned are those of
-        the last correction, thus of the solution to that accuracy.
+        Stops when a correction is below `tolerance` relative to the orbit; the factors returned are
+        those of the last correction, thus of the solution to that accuracy.
         """
         previous = np.inf
         for _ in range(iterations):
@@ -163,7 +176,9 @@ class HarmonicBalance:
             x = x + self.basis.unpack(change[:-1])
             rate = rate + float(change[-1])
             scale = max(float(np.abs(x).max()), 1e-9)
-            if abs(change[-1]) <= tolerance * rate and size <= tolerance * max(scale, rate if scale > 1e-3 else scale):
+            if abs(change[-1]) <= tolerance * rate and size <= tolerance * max(
+                scale, rate if scale > 1e-3 else scale
+            ):
                 return x, rate, factors
             if size > 1e3 * max(scale, 1.0) or (size > 10 * previous and size > scale):
                 break
@@ -176,7 +191,9 @@ class NewtonFailure(ContinuationError):
 
 
 class BorderedFactors:
-    """LU factors of a bordered Jacobian given by its transpose (row-major transpose = column-major matrix)."""
+    """LU factors of a bordered Jacobian given by its transpose (row-major transpose = column-major
+    matrix).
+    """
 
     def __init__(self, matrix_t: Array) -> None:
         self.lu, self.pivots, info = lapack.dgetrf(matrix_t.T, overwrite_a=True)

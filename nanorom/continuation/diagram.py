@@ -12,8 +12,9 @@ from .system import Array
 class SpecialPoint:
     """A bifurcation of periodic orbits.
 
-    type: "LP", "PD", "NS" or "BP"; omega in the user's unit; amplitude (L,) = max |q_r| over a period;
-    multipliers (2L,); state (2L,) = (q, dq/dt) at forcing phase 0; branch: index of the branch it lies on.
+    type: "LP", "PD", "NS" or "BP"; omega in the user's unit; amplitude (L,) = max |q_r| over a
+    period; multipliers (2L,); state (2L,) = (q, dq/dt) at forcing phase 0; branch: index of the
+    branch it lies on.
     """
 
     type: str
@@ -30,10 +31,10 @@ class SpecialPoint:
 class Branch:
     """A branch of periodic orbits of period period_multiple * 2 pi / omega.
 
-    omega (n,); amplitude (n, L) = max |q_r| over a period; stable (n,); multipliers (n, 2L), largest modulus
-    first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta = omega t / period_multiple,
-    ordered 1, cos, sin, cos 2, ...; parent: index of the branch it bifurcates from, or None; origin: index of the
-    special point it starts at, or None.
+    omega (n,); amplitude (n, L) = max |q_r| over a period; stable (n,); multipliers (n, 2L),
+    largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
+    omega t / period_multiple, ordered 1, cos, sin, cos 2, ...; parent: index of the branch it
+    bifurcates from, or None; origin: index of the special point it starts at, or None.
     """
 
     omega: Array
@@ -70,5 +71,7 @@ class Diagram:
         lines = [f"{len(self.branches)} branches, {len(self.special_points)} special points"]
         for point in self.special_points:
             amplitude = np.array2string(point.amplitude, precision=4, max_line_width=60)
-            lines.append(f"{point.type}  omega = {point.omega:.10g}  branch {point.branch}  amplitude {amplitude}")
+            lines.append(
+                f"{point.type}  omega = {point.omega:.10g}  branch {point.branch}  amplitude {amplitude}"
+            )
         return "\n".join(lines)

@@ -46,7 +46,8 @@ def explore(
     steps: int = 2000,
     reach: float = 2.0,
 ) -> Diagram:
-    """All branches of periodic orbits that are connected to the response from rest, with their special points.
+    """All branches of periodic orbits that are connected to the response from rest, with their
+    special points.
 
     Parameters
     ----------
@@ -76,8 +77,12 @@ def explore(
         for an invalid range or level, or if no orbit is found at the start of the range.
     """
     low, high = _check_range(omega)
-    settings = Settings(tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach)
-    return _Explorer(system, system.scaled(direct, parametric), (low, high), settings, (direct, parametric)).run()
+    settings = Settings(
+        tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
+    )
+    return _Explorer(
+        system, system.scaled(direct, parametric), (low, high), settings, (direct, parametric)
+    ).run()
 
 
 def _check_range(omega: tuple[float, float]) -> tuple[float, float]:
@@ -86,7 +91,9 @@ def _check_range(omega: tuple[float, float]) -> tuple[float, float]:
     except (TypeError, ValueError):
         raise ContinuationError("omega: give the range as (low, high)") from None
     if not (np.isfinite(low) and np.isfinite(high) and 0 < low < high):
-        raise ContinuationError(f"omega: range ({low:g}, {high:g}) must be positive, finite and rising")
+        raise ContinuationError(
+            f"omega: range ({low:g}, {high:g}) must be positive, finite and rising"
+        )
     return low, high
 
 
@@ -111,14 +118,19 @@ class _Explorer:
     def run(self) -> Diagram:
         self._base()
         while True:
-            node = next((n for n in self.waiting if not n.switched and n.generation < self.settings.depth), None)
+            node = next(
+                (n for n in self.waiting if not n.switched and n.generation < self.settings.depth),
+                None,
+            )
             if node is None:
                 return Diagram(self.branches, self.points, *self.levels)
             node.switched = True
             self._switch(node)
 
     def _base(self) -> None:
-        """The branch of the response from rest at the low end; if it turns back, also the one from the high end."""
+        """The branch of the response from rest at the low end; if it turns back, also the one from
+        the high end.
+        """
         low, high = self.range
         tracer = Tracer(self.scaled, forced_support(self.scaled), 1, self.settings)
         steps = list(tracer.follow(first_orbit(tracer, low), 1.0, self.range))
@@ -155,18 +167,29 @@ class _Explorer:
         """The point at which a branch ends needs no branch of its own."""
         for node in self.waiting:
             p = node.orbit.period_multiple
-            if abs(node.orbit.omega - end.omega) > SAME_POINT * end.omega or end.period_multiple % p:
+            if (
+                abs(node.orbit.omega - end.omega) > SAME_POINT * end.omega
+                or end.period_multiple % p
+            ):
                 continue
             node.switched = True
 
-    def _register(self, tracer: Tracer, steps: list[Series], origin: _Node | None, generation: int) -> None:
+    def _register(
+        self, tracer: Tracer, steps: list[Series], origin: _Node | None, generation: int
+    ) -> None:
         path = Path(tracer, self.floquet, steps)
         detector = Detector(path)
         index = len(self.branches)
-        found = [polish(path, d, self.precise, self.shooting) for d in detector.find() if not self._is_end(path, d, origin)]
+        found = [
+            polish(path, d, self.precise, self.shooting)
+            for d in detector.find()
+            if not self._is_end(path, d, origin)
+        ]
         parent = None if origin is None else origin.point.branch
         start = None if origin is None else self.points.index(origin.point)
-        self.branches.append(self._branch(path, detector.places, detector.eigenvalues, parent, start))
+        self.branches.append(
+            self._branch(path, detector.places, detector.eigenvalues, parent, start)
+        )
         for polished in found:
             if polished is None:
                 continue
@@ -176,7 +199,9 @@ class _Explorer:
                 self.waiting.append(_Node(point, polished.orbit, path, generation))
 
     def _is_end(self, path: Path, detected: Detected, origin: _Node | None) -> bool:
-        """The ends of a bifurcated branch show as folds of zero extent: they are not special points of it."""
+        """The ends of a bifurcated branch show as folds of zero extent: they are not special points
+        of it.
+        """
         if origin is None:
             return False
         position = path.position(detected.place)
@@ -189,14 +214,21 @@ class _Explorer:
         return sort_multipliers(eigenvalues**2 if path.symmetric else eigenvalues)
 
     def _branch(
-        self, path: Path, places: list[Place], eigenvalues: Array, parent: int | None, origin: int | None
+        self,
+        path: Path,
+        places: list[Place],
+        eigenvalues: Array,
+        parent: int | None,
+        origin: int | None,
     ) -> Branch:
         orbits = [path.orbit(place) for place in places]
         amplitude = np.empty((len(orbits), self.scaled.size))
         sizes = np.array([len(orbit.coefficients) for orbit in orbits])
         for size in np.unique(sizes):
             members = np.flatnonzero(sizes == size)
-            amplitude[members] = orbit_amplitudes(np.stack([orbits[i].coefficients for i in members]))
+            amplitude[members] = orbit_amplitudes(
+                np.stack([orbits[i].coefficients for i in members])
+            )
         multipliers = self._multipliers(path, eigenvalues)
         unit = self.scaled.amplitude
         return Branch(

@@ -1,9 +1,10 @@
 """Floquet multipliers of periodic orbits by Taylor series of the variational equation in time.
 
-The tangent stiffness of a Fourier orbit is a trigonometric polynomial, so on each of M intervals of the
-period the variational equation y'' + C(t) y' + K(t) y = 0 has known Taylor coefficients and its fundamental
-matrix follows by recursion to order 20; all intervals (and many orbits) advance together, and a product tree
-gives the monodromy matrix. The last terms of the series tell the error and choose M.
+The tangent stiffness of a Fourier orbit is a trigonometric polynomial, so on each of M intervals of
+the period the variational equation y'' + C(t) y' + K(t) y = 0 has known Taylor coefficients and its
+fundamental matrix follows by recursion to order 20; all intervals (and many orbits) advance
+together, and a product tree gives the monodromy matrix. The last terms of the series tell the error
+and choose M.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ BATCH_DOUBLES = 400_000
 
 @lru_cache(maxsize=32)
 def _sampling(harmonics: int, period_multiple: int) -> tuple[Array, Array, Array]:
-    """Synthesis (N, 2H + 1), analysis (4H + 1, N) and drive (N,) for the tangent stiffness of an orbit."""
+    """Synthesis (N, 2H + 1), analysis (4H + 1, N) and drive (N,) for the tangent stiffness of an
+    orbit.
+    """
     wide = max(2 * harmonics, period_multiple)
     count = 4 * max(harmonics, period_multiple) + 2
     angles = 2 * np.pi / count * np.arange(count)
@@ -30,17 +33,25 @@ def _sampling(harmonics: int, period_multiple: int) -> tuple[Array, Array, Array
     weights = np.full(2 * wide + 1, 2.0 / count)
     weights[0] = 1.0 / count
     synthesis = np.ascontiguousarray(everything[:, : 2 * harmonics + 1])
-    return synthesis, np.ascontiguousarray((everything * weights).T), np.cos(period_multiple * angles)
+    return (
+        synthesis,
+        np.ascontiguousarray((everything * weights).T),
+        np.cos(period_multiple * angles),
+    )
 
 
 @lru_cache(maxsize=64)
 def _taylor_table(wide: int, intervals: int, half: bool) -> Array:
-    """Taylor coefficients, in the fraction of an interval, of the Fourier functions: (M * P, 2 wide + 1)."""
+    """Taylor coefficients, in the fraction of an interval, of the Fourier functions: (M * P, 2 wide
+    + 1).
+    """
     order = np.arange(TAYLOR_ORDER - 1)
     step = (np.pi if half else 2 * np.pi) / intervals
     start = step * np.arange(intervals)
     k = np.arange(1, wide + 1)
-    factor = (k * step) ** order[:, None] / np.array([float(factorial(int(j))) for j in order])[:, None]
+    factor = (k * step) ** order[:, None] / np.array([float(factorial(int(j))) for j in order])[
+        :, None
+    ]
     phase = start[:, None, None] * k + order[:, None] * (np.pi / 2)
     table = np.zeros((intervals, len(order), 2 * wide + 1))
     table[:, 0, 0] = 1.0
@@ -63,7 +74,9 @@ class FloquetSolver:
         values = np.linalg.eigvals(system.stiffness)
         self.fastest = float(np.sqrt(np.abs(values).max()))
 
-    def stiffness_harmonics(self, orbits: Array, rates: Array, period_multiple: int) -> tuple[Array, Array | None]:
+    def stiffness_harmonics(
+        self, orbits: Array, rates: Array, period_multiple: int
+    ) -> tuple[Array, Array | None]:
         """Fourier coefficients (n, F, L, L) of the tangent stiffness and of the tangent damping."""
         system, size = self.system, self.size
         n, rows, _ = orbits.shape
@@ -79,25 +92,41 @@ class FloquetSolver:
             stiffness -= drive[:, None] * system.parametric.ravel()
         damping = None
         if self.has_loss:
-            z = rates[:, None, None] * (synthesis @ np.stack([differentiate(orbit) for orbit in orbits]))
+            z = rates[:, None, None] * (
+                synthesis @ np.stack([differentiate(orbit) for orbit in orbits])
+            )
             mixed = np.einsum("rkjl,nsl,nsk->nsrj", system.loss, v, z, optimize=True)
             stiffness += 2.0 * mixed.reshape(n, len(drive), -1)
             damping = pairs @ self.loss + system.damping.ravel()
             damping = (analysis @ damping).reshape(n, -1, size, size)
         return (analysis @ stiffness).reshape(n, -1, size, size), damping
 
-    def monodromy(self, orbits: Array, rates: Array, period_multiple: int, support: Support) -> Array:
-        """Fundamental matrices over one period, or over half of it (with the symmetry applied) if symmetric.
+    def monodromy(
+        self, orbits: Array, rates: Array, period_multiple: int, support: Support
+    ) -> Array:
+        """Fundamental matrices over one period, or over half of it (with the symmetry applied) if
+        symmetric.
 
-        orbits (n, 2H + 1, L), rates (n,) = omega / period_multiple; result (n, 2L, 2L) for the state (q, q').
+        orbits (n, 2H + 1, L), rates (n,) = omega / period_multiple; result (n, 2L, 2L) for the
+        state (q, q').
         """
         size = self.size
         stiffness, damping = self.stiffness_harmonics(orbits, rates, period_multiple)
         half = support.symmetric
         mean = np.abs(stiffness[:, 0]).sum(axis=2).max() ** 0.5
-        angle = (np.pi if half else 2 * np.pi) / float(rates.min()) * max(min(mean, 2 * self.fastest), self.fastest)
+        angle = (
+            (np.pi if half else 2 * np.pi)
+            / float(rates.min())
+            * max(min(mean, 2 * self.fastest), self.fastest)
+        )
         harmonics = (orbits.shape[1] - 1) // 2
-        intervals = _round_up(max(angle / (3.0 if self.truncation > 1e-10 else 2.0), (harmonics if half else 2 * harmonics) / 3.0, 4))
+        intervals = _round_up(
+            max(
+                angle / (3.0 if self.truncation > 1e-10 else 2.0),
+                (harmonics if half else 2 * harmonics) / 3.0,
+                4,
+            )
+        )
         per_orbit = intervals * TAYLOR_ORDER * 3 * size * size
         batch = max(1, BATCH_DOUBLES // per_orbit)
         result = np.empty((len(orbits), 2 * size, 2 * size))
@@ -110,7 +139,9 @@ class FloquetSolver:
             result *= signs[:, None]
         return result
 
-    def _propagate(self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool) -> Array:
+    def _propagate(
+        self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
+    ) -> Array:
         while True:
             maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
             if error < self.truncation or intervals > 4096:
@@ -120,7 +151,9 @@ class FloquetSolver:
     def _interval_maps(
         self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
     ) -> tuple[Array, float]:
-        """Maps of the state (q, q') over each interval, (n, M, 2L, 2L), and the relative size of the last terms."""
+        """Maps of the state (q, q') over each interval, (n, M, 2L, 2L), and the relative size of
+        the last terms.
+        """
         size, order = self.size, TAYLOR_ORDER
         n = len(rates)
         table = _taylor_table((stiffness.shape[1] - 1) // 2, intervals, half)
@@ -129,7 +162,8 @@ class FloquetSolver:
         if damping is not None:
             friction = self._local(damping * durations[:, None, None, None], table, intervals)
         linear = -self.system.damping * durations[:, None, None, None]
-        # y[:, :, order - j] holds the Taylor coefficient j of the fundamental matrix (value, slope = identity)
+        # y[:, :, order - j] holds the Taylor coefficient j of the fundamental matrix (value, slope
+        # = identity)
         y = np.empty((n, intervals, order + 1, size, 2 * size))
         y[:, :, order] = np.eye(size, 2 * size)
         y[:, :, order - 1] = np.eye(size, 2 * size, size)
@@ -162,7 +196,9 @@ class FloquetSolver:
         local = np.matmul(table, by_row).reshape(n, size, intervals, -1, size)
         return local.transpose(0, 2, 1, 3, 4)
 
-    def multipliers(self, orbits: Array, rates: Array, period_multiple: int, support: Support) -> Array:
+    def multipliers(
+        self, orbits: Array, rates: Array, period_multiple: int, support: Support
+    ) -> Array:
         """All multipliers (n, 2L) over the whole period, largest modulus first."""
         return multipliers_of(self.monodromy(orbits, rates, period_multiple, support), support)
 

@@ -1,8 +1,8 @@
 """Fourier bases of periodic orbits: which harmonics of which modes take part, sampling, products.
 
-An orbit of period_multiple p is a function of the angle theta = omega t / p. Its coefficients are kept
-harmonic-major in the order [1, cos, sin, cos 2, sin 2, ...] as an array (2H + 1, L), so that changing
-the number of harmonics H only cuts or pads rows.
+An orbit of period_multiple p is a function of the angle theta = omega t / p. Its coefficients are
+kept harmonic-major in the order [1, cos, sin, cos 2, sin 2, ...] as an array (2H + 1, L), so that
+changing the number of harmonics H only cuts or pads rows.
 """
 
 from __future__ import annotations
@@ -32,7 +32,9 @@ def fourier_matrix(angles: Array, harmonics: int) -> Array:
 def differentiate(coefficients: Array) -> Array:
     """d/dtheta of coefficients (2H + 1, ...) in the interleaved order."""
     result = np.zeros_like(coefficients)
-    order = np.arange(1, (len(coefficients) - 1) // 2 + 1).reshape((-1,) + (1,) * (coefficients.ndim - 1))
+    order = np.arange(1, (len(coefficients) - 1) // 2 + 1).reshape(
+        (-1,) + (1,) * (coefficients.ndim - 1)
+    )
     result[1::2] = order * coefficients[2::2]
     result[2::2] = -order * coefficients[1::2]
     return result
@@ -57,10 +59,12 @@ def stretch(coefficients: Array, factor: int) -> Array:
 
 
 class Support:
-    """Which residues of the harmonic number (modulo 2p) each mode has: an invariant subspace of the equations.
+    """Which residues of the harmonic number (modulo 2p) each mode has: an invariant subspace of the
+    equations.
 
-    `table` (L, 2p) is closed under the equations: an orbit that starts inside stays inside, so modes and
-    harmonics outside cost nothing. Symmetric systems have odd harmonics only; undriven modes rest.
+    `table` (L, 2p) is closed under the equations: an orbit that starts inside stays inside, so
+    modes and harmonics outside cost nothing. Symmetric systems have odd harmonics only; undriven
+    modes rest.
     """
 
     def __init__(self, table: NDArray[np.bool_]) -> None:
@@ -110,7 +114,9 @@ def forced_support(system: ScaledSystem, period_multiple: int = 1) -> Support:
 
 
 def close_support(system: ScaledSystem, support: Support) -> Support:
-    """Add what the equations excite from the modes and harmonics present, until nothing is added."""
+    """Add what the equations excite from the modes and harmonics present, until nothing is
+    added.
+    """
     table = support.table.copy()
     modulus = support.modulus
     half = modulus // 2
@@ -149,8 +155,8 @@ def _mark(table: NDArray[np.bool_], excited: NDArray[np.bool_], residues: tuple[
 class Basis:
     """Sampling and product tables for the harmonics up to H that a support allows.
 
-    Sampling is exact for a cubic force: the products have 3H harmonics and are projected on H, which needs
-    4H + 1 samples of a period, or half of them where the support is symmetric.
+    Sampling is exact for a cubic force: the products have 3H harmonics and are projected on H,
+    which needs 4H + 1 samples of a period, or half of them where the support is symmetric.
     """
 
     def __init__(self, table: NDArray[np.bool_], harmonics: int, period_multiple: int) -> None:
@@ -182,7 +188,9 @@ class Basis:
         self._derivative_tables()
 
     def _product_tables(self) -> None:
-        """g(theta) phi_j projected on phi_i = weight_a g_hat[index_a] + weight_b g_hat[index_b], arrays [j, i]."""
+        """g(theta) phi_j projected on phi_i = weight_a g_hat[index_a] + weight_b g_hat[index_b],
+        arrays [j, i].
+        """
         k = self.number
         sine = (self.rows > 0) & (self.rows % 2 == 0)
         kj, ki = k[:, None], k[None, :]
@@ -202,7 +210,9 @@ class Basis:
         """(d coefficients/d theta)[i] = derivative_weight[i] coefficients[derivative_row[i]]."""
         position = {int(row): i for i, row in enumerate(self.rows)}
         partner = [0 if row == 0 else (row + 1 if row % 2 else row - 1) for row in self.rows]
-        self.derivative_row: Index = np.array([position[int(row)] for row in partner], dtype=np.int64)
+        self.derivative_row: Index = np.array(
+            [position[int(row)] for row in partner], dtype=np.int64
+        )
         signs = np.where(self.rows % 2 == 1, 1.0, -1.0)
         self.derivative_weight = (self.number * signs)[:, None]
         self.second_weight = -(self.number.astype(float) ** 2)[:, None]
@@ -230,7 +240,9 @@ class Basis:
 
 
 @lru_cache(maxsize=64)
-def _cached_basis(table: bytes, shape: tuple[int, int], harmonics: int, period_multiple: int) -> Basis:
+def _cached_basis(
+    table: bytes, shape: tuple[int, int], harmonics: int, period_multiple: int
+) -> Basis:
     return Basis(np.frombuffer(table, dtype=bool).reshape(shape), harmonics, period_multiple)
 
 

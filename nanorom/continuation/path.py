@@ -1,4 +1,6 @@
-"""A traced branch with its multipliers at chosen points: the object on which special points are found."""
+"""A traced branch with its multipliers at chosen points: the object on which special points are
+found.
+"""
 
 from __future__ import annotations
 
@@ -51,12 +53,16 @@ class Path:
         return self.steps[place.step].rate_slope(place.a)
 
     def initial_places(self) -> list[Place]:
-        """The expansion points of the steps, the end, and as many points between as the multipliers' phases ask for."""
+        """The expansion points of the steps, the end, and as many points between as the
+        multipliers' phases ask for.
+        """
         places = []
         for number, step in enumerate(self.steps):
             first, last = step.start, step.length
             periods = 2 * np.pi / np.array([step.rate(first), step.rate(last)])
-            count = max(1, int(np.ceil(abs(periods[1] - periods[0]) * self.floquet.fastest / PHASE_SPACING)))
+            count = max(
+                1, int(np.ceil(abs(periods[1] - periods[0]) * self.floquet.fastest / PHASE_SPACING))
+            )
             count = max(count, -(-LEAST_POINTS // len(self.steps)))
             if number == 0:
                 first += 1e-3 * (last - first)
@@ -66,7 +72,9 @@ class Path:
         return places + [Place(len(self.steps) - 1, last_step.length - margin)]
 
     def maps(self, places: list[Place]) -> Array:
-        """Monodromy matrices (n, 2L, 2L); over half a period, with the symmetry applied, if the path is symmetric."""
+        """Monodromy matrices (n, 2L, 2L); over half a period, with the symmetry applied, if the
+        path is symmetric.
+        """
         orbits = [self.orbit(place) for place in places]
         size = 2 * self.tracer.system.size
         result = np.empty((len(places), size, size))
@@ -87,14 +95,18 @@ def _arc_length(step: Series) -> tuple[Array, Array]:
     a = np.linspace(step.start, step.length, ARC_POINTS)
     k = step.powers[1:]
     weights = k * a[:, None] ** (k - 1.0)
-    speed = np.sqrt(((weights @ step.coefficients[1:]) ** 2).sum(axis=1) + (weights @ step.rates[1:]) ** 2)
+    speed = np.sqrt(
+        ((weights @ step.coefficients[1:]) ** 2).sum(axis=1) + (weights @ step.rates[1:]) ** 2
+    )
     return a, cumulative_trapezoid(speed, a, initial=0.0)
 
 
 def orbit_state(orbit: Orbit) -> Array:
     """(q, q') at forcing phase 0, (2L,)."""
     values = fourier_matrix(np.array(0.0), (len(orbit.coefficients) - 1) // 2)
-    return np.concatenate([values @ orbit.coefficients, orbit.rate * (values @ differentiate(orbit.coefficients))])
+    return np.concatenate(
+        [values @ orbit.coefficients, orbit.rate * (values @ differentiate(orbit.coefficients))]
+    )
 
 
 def orbit_amplitudes(coefficients: Array) -> Array:

@@ -1,7 +1,7 @@
 """Special points made precise, and confirmed by shooting; what is not confirmed is not reported.
 
-The branch is expanded anew at the point with more harmonics; the critical quantity is then brought to zero
-along that expansion. Two sizes of basis must agree on the frequency.
+The branch is expanded anew at the point with more harmonics; the critical quantity is then brought
+to zero along that expansion. Two sizes of basis must agree on the frequency.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ class Polished:
     multipliers: Array
 
 
-def polish(path: Path, detected: Detected, floquet: FloquetSolver, shooting: Shooting) -> Polished | None:
+def polish(
+    path: Path, detected: Detected, floquet: FloquetSolver, shooting: Shooting
+) -> Polished | None:
     """The point to about 1e-10 in frequency, or None if it does not stand up to shooting."""
     tracer = path.tracer
     series = path.steps[detected.place.step]
@@ -54,7 +56,10 @@ def polish(path: Path, detected: Detected, floquet: FloquetSolver, shooting: Sho
             break
     shot = shooting.check(orbit)
     scale = max(1.0, float(np.abs(orbit.coefficients).max()))
-    if shot.defect > CONFIRMED * scale or critical_distance(detected.type, shot.multipliers) > CONFIRMED:
+    if (
+        shot.defect > CONFIRMED * scale
+        or critical_distance(detected.type, shot.multipliers) > CONFIRMED
+    ):
         return None
     return Polished(detected.type, orbit, shot.multipliers)
 
@@ -82,13 +87,17 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
     return Series(larger, packed, rates, length=series.length)
 
 
-def _zero(kind: str, series: Series, floquet: FloquetSolver, tracer: Tracer, window: float) -> float:
+def _zero(
+    kind: str, series: Series, floquet: FloquetSolver, tracer: Tracer, window: float
+) -> float:
     """Where the critical quantity vanishes, close to a = 0."""
     if kind == "LP":
         slope = series.rates[1:] * np.arange(1, len(series.rates))
         mirrored = slope * (-1.0) ** np.arange(len(slope))
         roots = [0.0] if slope[0] == 0 else []
-        roots += real_roots(slope, 0.0, window) + [-root for root in real_roots(mirrored, 0.0, window)]
+        roots += real_roots(slope, 0.0, window) + [
+            -root for root in real_roots(mirrored, 0.0, window)
+        ]
         if not roots:
             raise ContinuationError("no fold in the neighbourhood")
         return min(roots, key=abs)
@@ -101,7 +110,10 @@ def _zero(kind: str, series: Series, floquet: FloquetSolver, tracer: Tracer, win
             tracer.period_multiple,
             tracer.support,
         )
-        return [_critical_value(kind, values, tracer.support.symmetric) for values in np.linalg.eigvals(maps)]
+        return [
+            _critical_value(kind, values, tracer.support.symmetric)
+            for values in np.linalg.eigvals(maps)
+        ]
 
     step = 1e-3 * window
     here, there = critical([0.0, step])
@@ -125,6 +137,8 @@ def _critical_value(kind: str, eigenvalues: Array, symmetric: bool) -> float:
         sizes = np.log(np.abs(complex_ones))
         return float(sizes[np.abs(sizes).argmin()])
     target = 1.0
-    if kind == "PD" or (symmetric and np.abs(eigenvalues + 1).min() < np.abs(eigenvalues - 1).min()):
+    if kind == "PD" or (
+        symmetric and np.abs(eigenvalues + 1).min() < np.abs(eigenvalues - 1).min()
+    ):
         target = -1.0
     return float((eigenvalues[np.abs(eigenvalues - target).argmin()] - target).real)

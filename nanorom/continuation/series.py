@@ -1,9 +1,10 @@
 """Taylor series of a solution branch: the asymptotic numerical method.
 
-With X(a) = sum X_k a^k and rate(a) = sum rate_k a^k in R(X, rate) = 0, every order is a linear system with
-the same matrix, so one LU factorisation gives some twenty derivatives of the branch. The parameter a is the
-distance along the previous tangent. Source: Cochelin and Vergez 2009, doi:10.1016/j.jsv.2009.01.054
-(there with a quadratic recast; here the cubic force is expanded directly).
+With X(a) = sum X_k a^k and rate(a) = sum rate_k a^k in R(X, rate) = 0, every order is a linear
+system with the same matrix, so one LU factorisation gives some twenty derivatives of the branch.
+The parameter a is the distance along the previous tangent. Source: Cochelin and Vergez 2009,
+doi:10.1016/j.jsv.2009.01.054 (there with a quadratic recast; here the cubic force is expanded
+directly).
 """
 
 from __future__ import annotations
@@ -56,7 +57,9 @@ class Series:
 
 
 class SeriesExpansion:
-    """Work space for the recursion on one harmonic balance; buffers are reused from step to step."""
+    """Work space for the recursion on one harmonic balance; buffers are reused from step to
+    step.
+    """
 
     def __init__(self, balance: HarmonicBalance, order: int = ORDER) -> None:
         self.balance, self.order = balance, order
@@ -93,7 +96,9 @@ class SeriesExpansion:
             rhs[-1] = 1.0 if k == 1 else 0.0
             pairs = None
             if k > 1:
-                pairs = np.matmul(self.forward[:, 1:k].transpose(0, 2, 1), self.backward[:, order - k + 1 : order])
+                pairs = np.matmul(
+                    self.forward[:, 1:k].transpose(0, 2, 1), self.backward[:, order - k + 1 : order]
+                )
                 squares[k] = rates[1:k] @ rates[k - 1 : 0 : -1]
                 rhs[:-1] = -basis.pack(self._known(k, pairs, cubic_at_v0, rates, squares))
             solution = factors.solve(rhs)
@@ -113,16 +118,21 @@ class SeriesExpansion:
         self.forward[:, k] = v
         self.backward[:, self.order - k] = v
         if self.balance.has_loss:
-            self.velocity[:, self.order - k] = self.balance.basis.synthesis @ self.balance.derivative(x)
+            self.velocity[:, self.order - k] = (
+                self.balance.basis.synthesis @ self.balance.derivative(x)
+            )
 
-    def _known(self, k: int, pairs: Array, cubic_at_v0: Array, rates: Array, squares: Array) -> Array:
+    def _known(
+        self, k: int, pairs: Array, cubic_at_v0: Array, rates: Array, squares: Array
+    ) -> Array:
         """Terms of order k that do not contain the unknowns of order k."""
         balance, basis = self.balance, self.balance.basis
         size = balance.size
         n = len(pairs)
         past = slice(self.order - k + 1, self.order)
         force = np.matmul(
-            self.backward[:, past].reshape(n, 1, -1), self.secants[:, 1:k].reshape(n, (k - 1) * size, size)
+            self.backward[:, past].reshape(n, 1, -1),
+            self.secants[:, 1:k].reshape(n, (k - 1) * size, size),
         )
         force += np.matmul(pairs.reshape(n, 1, -1), cubic_at_v0)
         samples = force[:, 0, :]
@@ -130,11 +140,14 @@ class SeriesExpansion:
             partial = (pairs.reshape(n, -1) @ balance.loss).reshape(n, size, size)
             y = np.matmul(self.velocity[:, self.order][:, None, :], partial)
             y += np.matmul(
-                self.velocity[:, past].reshape(n, 1, -1), self.losses[:, 1:k].reshape(n, (k - 1) * size, size)
+                self.velocity[:, past].reshape(n, 1, -1),
+                self.losses[:, 1:k].reshape(n, (k - 1) * size, size),
             )
             samples = samples + rates[0] * y[:, 0, :]
             samples += np.tensordot(rates[k - 1 : 0 : -1], self.friction[1:k], axes=1)
-        mixed = np.stack([squares[k - 1 : 0 : -1], rates[k - 1 : 0 : -1]]) @ self.orders[1:k].reshape(k - 1, -1)
+        mixed = np.stack([squares[k - 1 : 0 : -1], rates[k - 1 : 0 : -1]]) @ self.orders[
+            1:k
+        ].reshape(k - 1, -1)
         mixed = mixed.reshape(2, -1, size)
         known = basis.second_weight * (mixed[0] + squares[k] * self.orders[0])
         known += balance.derivative(mixed[1]) @ balance.damping_t
@@ -169,7 +182,9 @@ class SeriesExpansion:
 
 
 def convergence_length(packed: Array, rates: Array, scale: float, tolerance: float) -> float:
-    """Length on which the truncated series is right to `tolerance` times `scale`, from its last terms."""
+    """Length on which the truncated series is right to `tolerance` times `scale`, from its last
+    terms.
+    """
     lengths = []
     for k in (len(rates) - 2, len(rates) - 1):
         size = float(np.abs(packed[k]).max())

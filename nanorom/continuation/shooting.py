@@ -1,9 +1,9 @@
 """Multiple shooting with Taylor series in time: a discretisation independent of harmonic balance.
 
-The period is cut into segments; each is crossed by one Taylor step of high order of the equations of motion
-together with their variational equation, all segments of all orbits at once. It confirms orbits, multipliers
-and special points, and corrects orbits by Newton's method. Source of the method: Jorba and Zou 2005,
-doi:10.1080/10586458.2005.10128904 (Taylor integration).
+The period is cut into segments; each is crossed by one Taylor step of high order of the equations
+of motion together with their variational equation, all segments of all orbits at once. It confirms
+orbits, multipliers and special points, and corrects orbits by Newton's method. Source of the
+method: Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904 (Taylor integration).
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ STEP_ANGLE = 1.5  # of the fastest mode within a segment
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """What shooting says about an orbit: the largest gap between segments, and the monodromy matrix."""
+    """What shooting says about an orbit: the largest gap between segments, and the monodromy
+    matrix.
+    """
 
     defect: float
     monodromy: Array
@@ -35,14 +37,22 @@ class Shot:
 
 
 class TaylorStepper:
-    """One Taylor step of q'' + C q' + G(q) q + W(q) q' = (f + P q) cos(omega t) for a batch of states."""
+    """One Taylor step of q'' + C q' + G(q) q + W(q) q' = (f + P q) cos(omega t) for a batch of
+    states.
+    """
 
     def __init__(self, system: ScaledSystem, order: int = TIME_ORDER) -> None:
         self.system, self.order = system, order
         size = system.size
-        self.cubic = np.ascontiguousarray(system.cubic.transpose(2, 3, 0, 1)).reshape(size * size, size * size)
-        self.quadratic = np.ascontiguousarray(system.quadratic.transpose(1, 0, 2)).reshape(size, size * size)
-        self.loss = np.ascontiguousarray(system.loss.transpose(2, 3, 0, 1)).reshape(size * size, size * size)
+        self.cubic = np.ascontiguousarray(system.cubic.transpose(2, 3, 0, 1)).reshape(
+            size * size, size * size
+        )
+        self.quadratic = np.ascontiguousarray(system.quadratic.transpose(1, 0, 2)).reshape(
+            size, size * size
+        )
+        self.loss = np.ascontiguousarray(system.loss.transpose(2, 3, 0, 1)).reshape(
+            size * size, size * size
+        )
         self.has_quadratic, self.has_loss = bool(self.quadratic.any()), bool(self.loss.any())
         frequencies = np.sqrt(np.abs(np.linalg.eigvals(system.stiffness)))
         self.fastest = float(frequencies.max())
@@ -50,7 +60,8 @@ class TaylorStepper:
     def step(
         self, states: Array, omega: Array, phase: Array, duration: Array, variation: bool = True
     ) -> tuple[Array, Array | None, float]:
-        """States (n, 2L) after `duration` (n,), maps (n, 2L, 2L) and the size of the last Taylor terms.
+        """States (n, 2L) after `duration` (n,), maps (n, 2L, 2L) and the size of the last Taylor
+        terms.
 
         phase (n,) is the drive's phase at the start of the step.
         """
@@ -83,7 +94,10 @@ class TaylorStepper:
             secant[:, k] += linear
             if tangent is not None:
                 tangent[:, k] += linear
-            force = np.einsum("nirl,nil->nr", secant[:, : k + 1], q[:, k::-1]) - drive[:, None] * system.force
+            force = (
+                np.einsum("nirl,nil->nr", secant[:, : k + 1], q[:, k::-1])
+                - drive[:, None] * system.force
+            )
             speed = (k + 1) * q[:, k + 1] / h
             force += speed @ system.damping.T
             if friction is not None:
@@ -106,7 +120,9 @@ class TaylorStepper:
         speeds = q[:, 1:] * np.arange(1, q.shape[1])[:, None] / h[:, :, None]
         for k in range(count):
             for i in range(k + 1):
-                mixed = np.einsum("rkjl,nk,nl->nrj", self.system.loss, speeds[:, i], q[:, k - i], optimize=True)
+                mixed = np.einsum(
+                    "rkjl,nk,nl->nrj", self.system.loss, speeds[:, i], q[:, k - i], optimize=True
+                )
                 tangent[:, k] += 2 * mixed
 
     def _variation(self, tangent: Array, friction: Array | None, h: Array) -> Array:
@@ -116,11 +132,16 @@ class TaylorStepper:
         y[:, 1] = np.eye(size, 2 * size, size)
         scale = h[:, :, None]
         for k in range(count):
-            force = np.einsum("nirl,nilc->nrc", tangent[:, : k + 1], y[:, k::-1], optimize=True) * scale**2
+            force = (
+                np.einsum("nirl,nilc->nrc", tangent[:, : k + 1], y[:, k::-1], optimize=True)
+                * scale**2
+            )
             force += scale * (k + 1) * (self.system.damping @ y[:, k + 1])
             if friction is not None:
                 speeds = y[:, k + 1 : 0 : -1] * np.arange(k + 1, 0, -1.0)[:, None, None]
-                force += scale * np.einsum("nirl,nilc->nrc", friction[:, : k + 1], speeds, optimize=True)
+                force += scale * np.einsum(
+                    "nirl,nilc->nrc", friction[:, : k + 1], speeds, optimize=True
+                )
             y[:, k + 2] = -force / ((k + 1) * (k + 2))
         maps = np.empty((n, 2 * size, 2 * size))
         maps[:, :size] = y.sum(axis=1)
@@ -142,8 +163,12 @@ class Shooting:
         defects, maps = self._gaps(nodes, phases, duration, orbit.omega)
         return Shot(float(np.abs(defects).max()), _chain(maps))
 
-    def correct(self, orbit: Orbit, tolerance: float = 1e-12, iterations: int = 10) -> tuple[Array, Shot]:
-        """Newton's method at fixed frequency: the state (2L,) at phase 0 and what shooting says of the orbit."""
+    def correct(
+        self, orbit: Orbit, tolerance: float = 1e-12, iterations: int = 10
+    ) -> tuple[Array, Shot]:
+        """Newton's method at fixed frequency: the state (2L,) at phase 0 and what shooting says of
+        the orbit.
+        """
         nodes, phases, duration = self._nodes(orbit)
         for _ in range(iterations):
             gaps, maps = self._gaps(nodes, phases, duration, orbit.omega)
@@ -155,7 +180,9 @@ class Shooting:
         raise ContinuationError("shooting does not converge to a periodic orbit")
 
     def _nodes(self, orbit: Orbit) -> tuple[Array, Array, float]:
-        """States at the starts of the segments (M, 2L), drive phases (M,) and the duration of a segment."""
+        """States at the starts of the segments (M, 2L), drive phases (M,) and the duration of a
+        segment.
+        """
         period = 2 * np.pi / orbit.rate
         harmonics = (len(orbit.coefficients) - 1) // 2
         # local frequency at the largest excursion: hardening makes it higher than the linear ones
@@ -169,14 +196,20 @@ class Shooting:
             phases = orbit.period_multiple * angles
             duration = period / count
             omega = np.full(count, orbit.omega)
-            error = self.stepper.step(nodes, omega, phases, np.full(count, duration), variation=False)[2]
+            error = self.stepper.step(
+                nodes, omega, phases, np.full(count, duration), variation=False
+            )[2]
             if error < 1e-14 or count > 5000:
                 return nodes, phases, duration
             count = int(1.4 * count) + 1
 
-    def _gaps(self, nodes: Array, phases: Array, duration: float, omega: float) -> tuple[Array, Array]:
+    def _gaps(
+        self, nodes: Array, phases: Array, duration: float, omega: float
+    ) -> tuple[Array, Array]:
         count = len(nodes)
-        ends, maps, _ = self.stepper.step(nodes, np.full(count, omega), phases, np.full(count, duration))
+        ends, maps, _ = self.stepper.step(
+            nodes, np.full(count, omega), phases, np.full(count, duration)
+        )
         assert maps is not None
         return ends - np.roll(nodes, -1, axis=0), maps
 

@@ -5,9 +5,9 @@
     BP  branch point          prod (mu_i - 1) / (d rate / da) = 0
     NS  Neimark-Sacker        prod_{i<j} (mu_i mu_j - 1) = 0 at a complex pair
 
-On a symmetric orbit the eigenvalues of the half-period map (with the symmetry applied) take the place of the
-multipliers: -1 is then the breaking of the symmetry. Source: Kuznetsov, Elements of Applied Bifurcation
-Theory, section 10.2 (test functions).
+On a symmetric orbit the eigenvalues of the half-period map (with the symmetry applied) take the
+place of the multipliers: -1 is then the breaking of the symmetry. Source: Kuznetsov, Elements of
+Applied Bifurcation Theory, section 10.2 (test functions).
 """
 
 from __future__ import annotations
@@ -45,22 +45,27 @@ def signed_log_product(factors: Array) -> tuple[Array, Array]:
 
 
 def test_function(kind: str, eigenvalues: Array, slopes: Array) -> tuple[Array, Array]:
-    """Sign and log modulus of the test function "flip", "unit" or "torus" at points with eigenvalues (n, 2L)."""
+    """Sign and log modulus of the test function "flip", "unit" or "torus" at points with
+    eigenvalues (n, 2L).
+    """
     if kind == "flip":
         return signed_log_product(eigenvalues + 1.0)
     if kind == "unit":
         signs, logs = signed_log_product(eigenvalues - 1.0)
-        return signs * np.where(slopes >= 0, 1.0, -1.0), logs - np.log(np.maximum(np.abs(slopes), 1e-300))
+        return signs * np.where(slopes >= 0, 1.0, -1.0), logs - np.log(
+            np.maximum(np.abs(slopes), 1e-300)
+        )
     first, second = np.triu_indices(eigenvalues.shape[-1], 1)
     return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - 1.0)
 
 
 class Detector:
-    """Finds the special points of one path; the points it evaluates on the way become points of the branch.
+    """Finds the special points of one path; the points it evaluates on the way become points of the
+    branch.
 
-    Monodromy matrices are known at some points and are analytic between them, so their interpolation tells
-    where a test function may change sign or dip; only there they are evaluated again. A leave-one-out test
-    adds points where the interpolation is not good enough.
+    Monodromy matrices are known at some points and are analytic between them, so their
+    interpolation tells where a test function may change sign or dip; only there they are evaluated
+    again. A leave-one-out test adds points where the interpolation is not good enough.
     """
 
     def __init__(self, path: Path) -> None:
@@ -92,7 +97,9 @@ class Detector:
         fresh = []
         for i in np.argsort(positions, kind="stable"):
             known = np.append(self.positions, positions[fresh])
-            if np.abs(known - positions[i]).min(initial=np.inf) > 1e-6 * self.path.offsets[-1] / len(self.path.steps):
+            if np.abs(known - positions[i]).min(initial=np.inf) > 1e-6 * self.path.offsets[
+                -1
+            ] / len(self.path.steps):
                 fresh.append(i)
         if not fresh:
             return False
@@ -116,7 +123,9 @@ class Detector:
             predicted = np.tensordot(_lagrange(s[near], s[i : i + 1])[0], self.maps[near], axes=1)
             scale = max(1.0, float(np.abs(self.maps[i]).max()))
             if np.abs(predicted - self.maps[i]).max() > LEAVE_ONE_OUT * scale:
-                wanted += [self.path.place((s[i] + s[j]) / 2) for j in (i - 1, i + 1) if 0 <= j < count]
+                wanted += [
+                    self.path.place((s[i] + s[j]) / 2) for j in (i - 1, i + 1) if 0 <= j < count
+                ]
         return wanted
 
     def _suspicious(self) -> list[Place]:
@@ -128,7 +137,10 @@ class Detector:
         for kind in self.kinds:
             signs, logs = test_function(kind, eigenvalues, slopes)
             for i in np.flatnonzero(signs[1:] != signs[:-1]):
-                known = np.flatnonzero(exact[: i + 1])[-1], i + 1 + np.flatnonzero(exact[i + 1 :])[0]
+                known = (
+                    np.flatnonzero(exact[: i + 1])[-1],
+                    i + 1 + np.flatnonzero(exact[i + 1 :])[0],
+                )
                 if signs[known[0]] == signs[known[1]]:
                     wanted += [samples[i], samples[i + 1]]
             inner = np.arange(1, len(samples) - 1)
@@ -197,7 +209,9 @@ class Detector:
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -600, 600)))
 
         try:
-            return Place(step, float(brentq(value, low.a, last, xtol=1e-7 * (last - low.a), rtol=1e-12)))
+            return Place(
+                step, float(brentq(value, low.a, last, xtol=1e-7 * (last - low.a), rtol=1e-12))
+            )
         except ValueError:
             return None
 

@@ -1,4 +1,6 @@
-"""First orbits: of the base branch (from rest, ramping the drive) and of branches that bifurcate."""
+"""First orbits: of the base branch (from rest, ramping the drive) and of branches that
+bifurcate.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,9 @@ def _fixed_rate(balance: HarmonicBalance) -> Array:
 
 def _at_level(tracer: Tracer, level: float) -> Tracer:
     system = replace(
-        tracer.system, force=level * tracer.system.force, parametric=level * tracer.system.parametric
+        tracer.system,
+        force=level * tracer.system.force,
+        parametric=level * tracer.system.parametric,
     )
     return Tracer(system, tracer.support, tracer.period_multiple, tracer.settings)
 
@@ -54,9 +58,13 @@ def _at_level(tracer: Tracer, level: float) -> Tracer:
 class Bifurcation:
     """A branch that leaves another one in a direction the parent's support does not contain."""
 
-    def __init__(self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: str, settings: Settings) -> None:
+    def __init__(
+        self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: str, settings: Settings
+    ) -> None:
         factor = 2 if kind == "PD" else 1
-        self.orbit = Orbit(stretch(orbit.coefficients, factor), orbit.rate / factor, orbit.period_multiple * factor)
+        self.orbit = Orbit(
+            stretch(orbit.coefficients, factor), orbit.rate / factor, orbit.period_multiple * factor
+        )
         self.inherited = parent.stretch(factor)
         self.direction = self._null_vector(system)
         numbers = (np.arange(len(self.direction)) + 1) // 2
@@ -92,15 +100,23 @@ class Bifurcation:
         """An orbit a little off the bifurcation and the direction in which the branch goes on."""
         for distance in (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4):
             guess = Orbit(
-                self.orbit.coefficients + distance * self.direction, self.orbit.rate, self.orbit.period_multiple
+                self.orbit.coefficients + distance * self.direction,
+                self.orbit.rate,
+                self.orbit.period_multiple,
             )
             try:
                 orbit, balance = self.tracer.solve(guess, self._border)
             except ContinuationError:
                 continue
             basis = balance.basis
-            reached = float(basis.pack(basis.compress(self.direction)) @ basis.pack(basis.compress(orbit.coefficients)))
-            if abs(reached - distance) < 1e-3 * distance and abs(orbit.rate / self.orbit.rate - 1) < 0.1:
+            reached = float(
+                basis.pack(basis.compress(self.direction))
+                @ basis.pack(basis.compress(orbit.coefficients))
+            )
+            if (
+                abs(reached - distance) < 1e-3 * distance
+                and abs(orbit.rate / self.orbit.rate - 1) < 0.1
+            ):
                 return orbit, self.direction
         raise ContinuationError("the bifurcating branch could not be started")
 

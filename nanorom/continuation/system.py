@@ -1,15 +1,17 @@
 """The modal equations of motion, from plain arrays in any units, and their scaled form.
 
-    M q'' + C q' + K q + A qq + B qqq + D q d(qq)/dt = (direct_level J + parametric_level P q) cos(omega t)
+    M q'' + C q' + K q + A qq + B qqq + D q d(qq)/dt = (direct_level J + parametric_level P q)
+    cos(omega t)
 
-Inside the package time is counted in units of the lowest natural frequency and amplitude in units of
-the displacement at which the cubic force equals the linear one, so that a diagram does not depend on
-the units of the arrays.
+Inside the package time is counted in units of the lowest natural frequency and amplitude in units
+of the displacement at which the cubic force equals the linear one, so that a diagram does not
+depend on the units of the arrays.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import attrs
 import numpy as np
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 
 from nanorom.errors import ContinuationError
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
 
 def _array(value: object, shape: tuple[int, ...], name: str) -> Array:
@@ -28,7 +30,9 @@ def _array(value: object, shape: tuple[int, ...], name: str) -> Array:
     if array.shape != shape:
         raise ContinuationError(f"{name}: shape {array.shape}, expected {shape}")
     if not np.all(np.isfinite(array)):
-        raise ContinuationError(f"{name}: contains NaN or infinite entries; check the reduction it comes from")
+        raise ContinuationError(
+            f"{name}: contains NaN or infinite entries; check the reduction it comes from"
+        )
     return array
 
 
@@ -71,13 +75,15 @@ class ModalSystem:
     quadratic : (L, L, L), optional
         A[r, j, k]; the force on mode r is sum_jk A[r, j, k] q_j q_k.
     cubic : (L, L, L, L), optional
-        B[r, j, k, l]; the force on mode r is sum_jkl B[r, j, k, l] q_j q_k q_l. It need not derive from a potential.
+        B[r, j, k, l]; the force on mode r is sum_jkl B[r, j, k, l] q_j q_k q_l. It need not derive
+        from a potential.
     direct : (L,), optional
         J, the force pattern of the direct drive at level 1.
     parametric : (L, L) or (L,), optional
         P, the stiffness pattern of the parametric drive at level 1 (a vector is its diagonal).
     cubic_damping : (L, L, L, L), optional
-        D[r, j, k, l]; the force on mode r is sum_jkl D[r, j, k, l] q_l d(q_j q_k)/dt. Kelvin-Voigt: D = tau B.
+        D[r, j, k, l]; the force on mode r is sum_jkl D[r, j, k, l] q_l d(q_j q_k)/dt. Kelvin-Voigt:
+        D = tau B.
 
     Raises
     ------
@@ -108,7 +114,9 @@ class ModalSystem:
         if stiffness is None:
             raise ContinuationError("stiffness: missing; give K as an (L, L) array")
         if damping is None:
-            raise ContinuationError("damping: missing; a driven undamped mode has no steady state, give C as an (L, L) array")
+            raise ContinuationError(
+                "damping: missing; a driven undamped mode has no steady state, give C as an (L, L) array"
+            )
         size = self._size(stiffness, direct, cubic, quadratic)
         shape2, shape3, shape4 = (size,) * 2, (size,) * 3, (size,) * 4
         zero = np.zeros
@@ -119,8 +127,12 @@ class ModalSystem:
             quadratic=zero(shape3) if quadratic is None else _array(quadratic, shape3, "quadratic"),
             cubic=zero(shape4) if cubic is None else _array(cubic, shape4, "cubic"),
             direct=zero(size) if direct is None else _array(direct, (size,), "direct"),
-            parametric=zero(shape2) if parametric is None else _matrix(parametric, size, "parametric"),
-            cubic_damping=zero(shape4) if cubic_damping is None else _array(cubic_damping, shape4, "cubic_damping"),
+            parametric=zero(shape2)
+            if parametric is None
+            else _matrix(parametric, size, "parametric"),
+            cubic_damping=zero(shape4)
+            if cubic_damping is None
+            else _array(cubic_damping, shape4, "cubic_damping"),
         )
         self._check()
 
@@ -133,7 +145,9 @@ class ModalSystem:
 
     def _check(self) -> None:
         if np.linalg.eigvalsh((self.mass + self.mass.T) / 2).min() <= 0:
-            raise ContinuationError("mass: not positive definite; every modal mass must be positive")
+            raise ContinuationError(
+                "mass: not positive definite; every modal mass must be positive"
+            )
         squares = self.natural_frequencies_squared()
         if squares.min() <= 0:
             raise ContinuationError(
@@ -189,8 +203,12 @@ class ModalSystem:
         )
 
 
-def _nonlinear_amplitude(stiffness: Array, quadratic: Array, cubic: Array, force: Array, frequency: float) -> float:
-    """The displacement at which the nonlinear force reaches the linear one (of the forced response if linear)."""
+def _nonlinear_amplitude(
+    stiffness: Array, quadratic: Array, cubic: Array, force: Array, frequency: float
+) -> float:
+    """The displacement at which the nonlinear force reaches the linear one (of the forced response
+    if linear).
+    """
     modes = np.arange(len(stiffness))
     diagonal = np.abs(cubic[modes, modes, modes, modes])
     squares = np.abs(np.diag(stiffness))
@@ -205,10 +223,12 @@ def _nonlinear_amplitude(stiffness: Array, quadratic: Array, cubic: Array, force
 
 @dataclass(frozen=True, eq=False)
 class ScaledSystem:
-    """q'' + C q' + K q + A qq + B qqq + W(q, q) q' = (f + P q) cos(omega t), non-dimensional, unit mass.
+    """q'' + C q' + K q + A qq + B qqq + W(q, q) q' = (f + P q) cos(omega t), non-dimensional, unit
+    mass.
 
-    `quadratic` is symmetric in its last two and `cubic` in its last three indices; `loss[r, k, j, l]` gives
-    W_rk = sum_jl loss[r, k, j, l] q_j q_l. `frequency` and `amplitude` are the units of 1/time and displacement.
+    `quadratic` is symmetric in its last two and `cubic` in its last three indices; `loss[r, k, j,
+    l]` gives W_rk = sum_jl loss[r, k, j, l] q_j q_l. `frequency` and `amplitude` are the units of
+    1/time and displacement.
     """
 
     frequency: float

@@ -21,8 +21,8 @@ class Settings:
 
     tolerance: size of the last harmonics relative to the orbit; series: truncation error of a step;
     depth: generations of branches that bifurcate; steps: most steps on one branch;
-    harmonics: most harmonics of the response period; reach: how far, as a factor, a bifurcating branch may
-    leave the frequency range on either side.
+    harmonics: most harmonics of the response period; reach: how far, as a factor, a bifurcating
+    branch may leave the frequency range on either side.
     """
 
     tolerance: float = 1e-9
@@ -35,7 +35,9 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
-    """A periodic orbit: Fourier coefficients (2H + 1, L) in theta = omega t / period_multiple, scaled units."""
+    """A periodic orbit: Fourier coefficients (2H + 1, L) in theta = omega t / period_multiple,
+    scaled units.
+    """
 
     coefficients: Array
     rate: float
@@ -49,19 +51,27 @@ class Orbit:
 class Tracer:
     """Branches of one system inside one invariant support."""
 
-    def __init__(self, system: ScaledSystem, support: Support, period_multiple: int, settings: Settings) -> None:
+    def __init__(
+        self, system: ScaledSystem, support: Support, period_multiple: int, settings: Settings
+    ) -> None:
         self.system, self.support, self.period_multiple = system, support, period_multiple
         self.settings = settings
         self.ending = "open"
         self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
-        self.ladder = [h for h in HARMONIC_LADDER if 2 * period_multiple <= h <= settings.harmonics * period_multiple]
+        self.ladder = [
+            h
+            for h in HARMONIC_LADDER
+            if 2 * period_multiple <= h <= settings.harmonics * period_multiple
+        ]
 
     def balance(self, harmonics: int) -> HarmonicBalance:
         return self.pair(harmonics)[0]
 
     def pair(self, harmonics: int) -> tuple[HarmonicBalance, SeriesExpansion]:
         if harmonics not in self._balances:
-            balance = HarmonicBalance(self.system, basis_for(self.support, harmonics, self.period_multiple))
+            balance = HarmonicBalance(
+                self.system, basis_for(self.support, harmonics, self.period_multiple)
+            )
             self._balances[harmonics] = (balance, SeriesExpansion(balance))
         return self._balances[harmonics]
 
@@ -77,7 +87,9 @@ class Tracer:
         return sizes
 
     def tail(self, balance: HarmonicBalance, x: Array, harmonics: int | None = None) -> float:
-        """Size of the last harmonics (those above `harmonics`, if given) relative to the largest."""
+        """Size of the last harmonics (those above `harmonics`, if given) relative to the
+        largest.
+        """
         sizes = self.spectrum(balance, x)
         first = (balance.basis.harmonics if harmonics is None else harmonics) - 1
         return float(sizes[first:].max() / max(sizes.max(), 1e-30))
@@ -90,15 +102,23 @@ class Tracer:
         tail = self.tail(balance, x)
         if tail > tolerance:
             decay = np.log(max(tail, 1e-16)) / harmonics
-            wanted = harmonics * 1.1 if decay > -1e-3 else min(np.log(tolerance) / decay, harmonics * 1.6)
+            wanted = (
+                harmonics * 1.1
+                if decay > -1e-3
+                else min(np.log(tolerance) / decay, harmonics * 1.6)
+            )
             higher = [h for h in self.ladder[position + 1 :] if h >= wanted] or self.ladder[-1:]
             return max(higher[0], harmonics)
         while position > 0 and self.tail(balance, x, self.ladder[position - 1]) < tolerance / 30:
             position -= 1
         return self.ladder[position]
 
-    def solve(self, orbit: Orbit, border: Callable[[HarmonicBalance], Array]) -> tuple[Orbit, HarmonicBalance]:
-        """Newton's method from an approximate orbit, with as many harmonics as it turns out to need."""
+    def solve(
+        self, orbit: Orbit, border: Callable[[HarmonicBalance], Array]
+    ) -> tuple[Orbit, HarmonicBalance]:
+        """Newton's method from an approximate orbit, with as many harmonics as it turns out to
+        need.
+        """
         known = (len(orbit.coefficients) - 1) // 2
         harmonics = next((h for h in self.ladder if h >= known), self.ladder[-1])
         for _ in range(len(self.ladder)):
@@ -112,10 +132,14 @@ class Tracer:
             harmonics = wanted
         raise ContinuationError("the harmonics of the orbit do not converge; raise `harmonics`")
 
-    def follow(self, orbit: Orbit, direction: Array | float, rate_range: tuple[float, float]) -> Iterator[Series]:
-        """Steps of the branch through a converged orbit until it leaves the range of rates; `ending` says why it stopped.
+    def follow(
+        self, orbit: Orbit, direction: Array | float, rate_range: tuple[float, float]
+    ) -> Iterator[Series]:
+        """Steps of the branch through a converged orbit until it leaves the range of rates;
+        `ending` says why it stopped.
 
-        `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit moves first.
+        `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit
+        moves first.
         """
         known = (len(orbit.coefficients) - 1) // 2
         balance, expansion = self.pair(next(h for h in self.ladder if h >= known))
@@ -158,7 +182,9 @@ class Tracer:
             border[:-1] = balance.basis.pack(balance.basis.compress(np.asarray(direction)))
         return border / np.linalg.norm(border)
 
-    def transfer(self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array) -> tuple[Array, Array]:
+    def transfer(
+        self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array
+    ) -> tuple[Array, Array]:
         """The same point and border on another number of harmonics."""
         old, new = balance.basis, self.balance(harmonics).basis
         size = self.system.size
@@ -168,10 +194,13 @@ class Tracer:
         return moved, border / np.linalg.norm(border)
 
     def _length(self, balance: HarmonicBalance, packed: Array, rates: Array) -> float:
-        """Length of the step: the series converges, the harmonics suffice, the residual at its end is small."""
+        """Length of the step: the series converges, the harmonics suffice, the residual at its end
+        is small.
+        """
         scale = max(float(np.abs(packed[0]).max()), 1e-6)
         length = convergence_length(packed, rates, scale, self.settings.series)
-        # a straight (linear) branch has an infinite radius; multipliers still want points on the way
+        # a straight (linear) branch has an infinite radius; multipliers still want points on the
+        # way
         drift = abs(rates[1]) * length / rates[0]
         if drift > 0.25 or not np.isfinite(length):
             length = 0.25 * rates[0] / abs(rates[1])
@@ -180,7 +209,9 @@ class Tracer:
             x, rate = balance.basis.unpack(weights @ packed), float(weights @ rates)
             error = float(np.abs(balance.residual(x, rate)).max())
             tail = self.tail(balance, x)
-            good_tail = tail < 30 * self.settings.tolerance or balance.basis.harmonics == self.ladder[-1]
+            good_tail = (
+                tail < 30 * self.settings.tolerance or balance.basis.harmonics == self.ladder[-1]
+            )
             if rate > 0 and error < 1e-6 * scale * max(1.0, rate**2) and good_tail:
                 return length
             length *= 0.7
@@ -216,7 +247,9 @@ def real_roots(coefficients: Array, low: float, high: float) -> list[float]:
     if abs(scaled[0]) > np.abs(scaled[1:]).sum():
         return []
     roots = np.roots(scaled[::-1])
-    real = roots.real[(np.abs(roots.imag) < 1e-7) & (roots.real > low / scale) & (roots.real <= high / scale)]
+    real = roots.real[
+        (np.abs(roots.imag) < 1e-7) & (roots.real > low / scale) & (roots.real <= high / scale)
+    ]
     derivative = scaled[1:] * np.arange(1, len(scaled))
     polished = []
     for root in np.sort(real):

@@ -1,0 +1,198 @@
+"""The parts against independent evaluations: residual, series, multipliers, shooting."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from nanorom.continuation.balance import HarmonicBalance
+from nanorom.continuation.floquet import FloquetSolver
+from nanorom.continuation.harmonics import (
+    basis_for,
+    differentiate,
+    forced_support,
+    fourier_matrix,
+    full_support,
+)
+from nanorom.continuation.series import SeriesExpansion
+from nanorom.continuation.shooting import Shooting
+from nanorom.continuation.system import ModalSystem
+from nanorom.continuation.trace import Orbit, Settings, Tracer
+
+ROUND_OFF = 1e-12
+INTEGRATION = 1e-10
+
+
+@pytest.fixture
+def system():
+    """Everything at once: quadratic and cubic force without potential, drives, nonlinear damping,
+    full matrices.
+    """
+    random = np.random.default_rng(0)
+    size = 3
+    return ModalSystem(
+        damping=0.1 * np.eye(size) + 0.01 * random.standard_normal((size, size)),
+        stiffness=np.diag([1.0, 4.0, 9.0]) + 0.1 * random.standard_normal((size, size)),
+        quadratic=0.3 * random.standard_normal((size,) * 3),
+        cubic=random.standard_normal((size,) * 4),
+        direct=[1.0, 0.5, 0.2],
+        parametric=random.standard_normal((size, size)),
+        cubic_damping=random.standard_normal((size,) * 4),
+    )
+
+
+def _force(system: ModalSystem, q, v):
+    """Force (n, L) from the definition, with Kelvin-Voigt term D q_l d(q_j q_k)/dt."""
+    return (
+        v @ system.damping.T
+        + q @ system.stiffness.T
+        + np.einsum("rjk,nj,nk->nr", system.quadratic, q, q)
+        + np.einsum("rjkl,nj,nk,nl->nr", system.cubic, q, q, q)
+        + np.einsum("rjkl,nl,nj,nk->nr", system.cubic_damping, q, v, q)
+        + np.einsum("rjkl,nl,nj,nk->nr", system.cubic_damping, q, q, v)
+    )
+
+
+def test_harmonic_balance_is_exact_for_the_polynomial_force(system) -> None:
+    scaled = system.scaled(0.1, 0.2)
+    unit, rate = scaled.amplitude, 0.7
+    basis = basis_for(full_support(scaled, 2), 5, 2)
+    x = 0.2 * np.random.default_rng(1).standard_normal(basis.shape)
+    residual = HarmonicBalance(scaled, basis).residual(x, rate)
+    angles = 2 * np.pi / 400 * np.arange(400)
+    table = fourier_matrix(angles, 5)
+    physical = rate * scaled.frequency
+    q, v = unit * table @ x, unit * physical * table @ differentiate(x)
+    a = unit * physical**2 * table @ differentiate(differentiate(x))
+    drive = np.cos(2 * angles)[:, None] * (0.1 * system.direct + 0.2 * q @ system.parametric.T)
+    total = a + _force(system, q, v) - drive
+    projected = 2 / 400 * table.T @ total
+    projected[0] /= 2
+    np.testing.assert_allclose(
+        residual * unit * scaled.frequency**2, projected, atol=1e3 * ROUND_OFF
+    )
+
+
+def test_jacobian_is_the_derivative_of_the_residual(system) -> None:
+    scaled = system.scaled(0.1, 0.2)
+    balance = HarmonicBalance(scaled, basis_for(full_support(scaled, 2), 4, 2))
+    random = np.random.default_rng(2)
+    x, direction = 0.1 * random.standard_normal((2,) + balance.basis.shape)
+    h = 1e-4
+
+    def along(t: float):
+        return balance.basis.pack(balance.residual(x + t * direction, 0.7))
+
+    # a cubic: this difference formula is exact
+    numerical = (8 * (along(h) - along(-h)) - (along(2 * h) - along(-2 * h))) / (12 * h)
+    exact = balance.basis.pack(direction) @ balance.jacobian_t(x, 0.7)
+    np.testing.assert_allclose(exact, numerical, atol=1e-9)
+
+
+def _orbit(scaled, support, multiple):
+    tracer = Tracer(scaled, support, multiple, Settings(tolerance=1e-13))
+
+    def fixed_rate(balance):
+        return np.append(np.zeros(balance.basis.size), 1.0)
+
+    start = Orbit(np.zeros((8 * multiple + 1, scaled.size)), 0.7, multiple)
+    return tracer, *tracer.solve(start, fixed_rate)
+
+
+def test_series_solves_the_equations_to_the_truncation_error(system) -> None:
+    scaled = system.scaled(0.1, 0.2)
+    tracer, orbit, balance = _orbit(scaled, full_support(scaled, 1), 1)
+    x = balance.basis.compress(orbit.coefficients)
+    border = np.append(np.zeros(balance.basis.size), 1.0)
+    errors = []
+    packed, rates = SeriesExpansion(balance, 8).expand(
+        x, orbit.rate, balance.factorise(x, orbit.rate, border)
+    )
+    for a in (0.01, 0.02):
+        weights = a ** np.arange(9)
+        errors.append(
+            np.abs(balance.residual(balance.basis.unpack(weights @ packed), weights @ rates)).max()
+        )
+    assert 8 < np.log2(errors[1] / errors[0]) < 10  # order 9
+
+
+@pytest.mark.parametrize("symmetric", [False, True])
+def test_monodromy_agrees_with_time_integration_and_with_shooting(system, symmetric) -> None:
+    if symmetric:
+        system = ModalSystem(
+            damping=np.diag(np.diag(system.damping)),
+            stiffness=[1.0, 4.0, 9.0],
+            cubic=system.cubic,
+            direct=[1, 2, 3],
+        )
+    scaled = system.scaled(0.1, 0.0 if symmetric else 0.2)
+    support = forced_support(scaled)
+    assert support.symmetric == symmetric
+    tracer, orbit, _ = _orbit(scaled, support, 1)
+    size, period = scaled.size, 2 * np.pi / orbit.rate
+    harmonics = (len(orbit.coefficients) - 1) // 2
+
+    def right_side(t, y):
+        table = fourier_matrix(np.array(orbit.rate * t), harmonics)
+        q, v = table @ orbit.coefficients, orbit.rate * (table @ differentiate(orbit.coefficients))
+        z = y.reshape(2 * size, 2 * size)
+        tangent = scaled.stiffness + 2 * scaled.quadratic @ q + 3 * scaled.cubic @ q @ q
+        tangent = tangent - scaled.parametric * np.cos(orbit.rate * t)
+        tangent = tangent + 2 * np.einsum("rkjl,l,k->rj", scaled.loss, q, v)
+        damping = scaled.damping + scaled.loss @ q @ q
+        return np.concatenate([z[size:], -tangent @ z[:size] - damping @ z[size:]]).ravel()
+
+    start = np.eye(2 * size).ravel()
+    expected = solve_ivp(right_side, (0, period), start, method="DOP853", rtol=1e-12, atol=1e-14).y[
+        :, -1
+    ]
+    expected = expected.reshape(2 * size, 2 * size)
+    found = FloquetSolver(scaled).monodromy(
+        orbit.coefficients[None], np.array([orbit.rate]), 1, support
+    )[0]
+    if symmetric:
+        found = found @ found
+    np.testing.assert_allclose(found, expected, atol=INTEGRATION)
+    shot = Shooting(scaled).check(orbit)
+    assert shot.defect < ROUND_OFF
+    np.testing.assert_allclose(shot.monodromy, expected, atol=INTEGRATION)
+
+
+def test_liouville_formula_holds_for_strongly_unstable_orbits() -> None:
+    """The product of all multipliers is exp(-trace(C) T), however large the largest is."""
+    system = ModalSystem(
+        damping=[0.02, 0.05],
+        stiffness=[1.0, 5.0],
+        direct=[1.0, 0.0],
+        parametric=[[3.0, 0.5], [0.5, 9.0]],
+    )
+    scaled = system.scaled(0.0, 1.0)
+    rest = np.zeros((1, 3, 2))
+    rate = np.array([0.31])
+    maps = FloquetSolver(scaled).monodromy(rest, rate, 1, full_support(scaled, 1))[0]
+    assert np.abs(np.linalg.eigvals(maps)).max() > 1e3
+    expected = np.exp(-0.07 * 2 * np.pi / rate[0])
+    scale = np.abs(maps).max() ** 2
+    assert abs(np.linalg.det(maps) - expected) < 1e-9 * max(expected, scale * 1e-4)
+
+
+def test_undriven_modes_cost_nothing() -> None:
+    """A mode coupled only through even powers of itself stays at rest, and symmetric systems have
+    odd harmonics.
+    """
+    cubic = np.zeros((2, 2, 2, 2))
+    cubic[0, 0, 0, 0] = cubic[1, 1, 1, 1] = 1.0
+    for r, j, k, l in [
+        (0, 0, 1, 1),
+        (0, 1, 0, 1),
+        (0, 1, 1, 0),
+        (1, 1, 0, 0),
+        (1, 0, 1, 0),
+        (1, 0, 0, 1),
+    ]:
+        cubic[r, j, k, l] = 0.5
+    scaled = ModalSystem(
+        damping=[0.01] * 2, stiffness=[1.0, 7.0], cubic=cubic, direct=[1.0, 0.0]
+    ).scaled(0.1)
+    assert forced_support(scaled).table.tolist() == [[False, True], [False, False]]

@@ -1,0 +1,66 @@
+"""Diagrams do not depend on units; bad input is met with one clear line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nanorom.continuation import ModalSystem, explore
+from nanorom.errors import ContinuationError
+from tests.continuation.systems import duffing
+
+SAME = 1e-10
+
+
+@pytest.mark.parametrize("hertz", [1.0, 1e8])
+@pytest.mark.parametrize("metre", [1.0, 1e-9])
+def test_duffing_diagram_is_the_same_in_all_units(hertz: float, metre: float) -> None:
+    rate, mass = 2 * np.pi * hertz, 3e-17
+    physical = ModalSystem(
+        mass=[mass],
+        damping=[mass * rate / 180],
+        stiffness=[mass * rate**2],
+        cubic=[[[[mass * rate**2 / metre**2]]]],
+        direct=[mass * rate**2 * metre],
+    )
+    plain = explore(duffing(), (0.8, 1.5), direct=0.005)
+    other = explore(physical, (0.8 * rate, 1.5 * rate), direct=0.005)
+    for one, two in zip(plain.branches, other.branches):
+        np.testing.assert_allclose(two.omega / rate, one.omega, rtol=SAME)
+        np.testing.assert_allclose(two.amplitude / metre, one.amplitude, rtol=SAME)
+        np.testing.assert_allclose(two.multipliers, one.multipliers, atol=SAME)
+    assert [p.type for p in plain.special_points] == [p.type for p in other.special_points]
+    for a, b in zip(plain.special_points, other.special_points):
+        assert abs(b.omega / rate - a.omega) < SAME
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"stiffness": [np.nan]}, "stiffness.*NaN"),
+        ({"cubic": [[[[np.nan]]]]}, "cubic.*NaN"),
+        ({"stiffness": [-1.0]}, "natural frequency"),
+        ({"stiffness": [0.0]}, "natural frequency"),
+        ({"damping": [0.0]}, "damping.*zero or negative"),
+        ({"damping": [-0.1]}, "damping.*zero or negative"),
+        ({"damping": None}, "damping.*missing"),
+        ({"mass": [0.0]}, "mass.*positive"),
+        ({"direct": [1.0, 2.0]}, "direct.*shape"),
+        ({"cubic": [1.0]}, "cubic.*shape"),
+        ({"quadratic": "x"}, "quadratic.*real numbers"),
+    ],
+)
+def test_bad_system_is_refused_with_a_clear_message(changes, message) -> None:
+    with pytest.raises(ContinuationError, match=message):
+        duffing(**changes)
+
+
+@pytest.mark.parametrize("omega", [(0.0, 1.0), (-1.0, 1.0), (1.5, 0.8), (np.nan, 1.0), (1.0,), 1.0])
+def test_bad_range_is_refused(omega) -> None:
+    with pytest.raises(ContinuationError, match="omega"):
+        explore(duffing(), omega, direct=0.005)
+
+
+def test_bad_level_is_refused() -> None:
+    with pytest.raises(ContinuationError, match="direct"):
+        explore(duffing(), (0.8, 1.5), direct=np.nan)
