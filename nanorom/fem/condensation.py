@@ -8,61 +8,87 @@ the condensed energy is an exact quartic,
 
 with the inner product <.,.> of the membrane stiffness C, A the in-plane stiffness and f_jk the
 in-plane load <S_jk, sym grad v>.  One factorisation and L(L + 1)/2 back-substitutions give all
-coefficients; with the in-plane displacement held fixed the second term is absent.
+coefficients; with the in-plane displacement held fixed the second term is absent.  Pairs of
+different parity about a mirror of the film do not interact: each class of symmetry has its own
+pairs, and its own, smaller in-plane problem.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from dolfinx import fem
+from scipy.sparse import csr_matrix
 
 from nanorom.fem import algebra, compat, quadrature
+from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
+from nanorom.fem.symmetry import AXES, Parity, product_parity
 
 
-def pair_list(n_modes: int) -> np.ndarray:
-    """Pairs (p, 2) of modes j <= k."""
-    return np.column_stack(np.triu_indices(n_modes))
-
-
-def cubic_tensor(plate: Plate, shapes: np.ndarray, in_plane: str = "free") -> np.ndarray:
+def cubic_tensor(modes: Modes, in_plane: str = "free") -> np.ndarray:
     """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l. Collective.
 
-    shapes : (local dofs, L) of the scaled modes; in_plane : ``"free"`` (condensed) or ``"fixed"``.
+    in_plane : ``"free"`` (condensed) or ``"fixed"``.
     """
-    energy, loads = _pair_products(plate, shapes)
+    plate, n_modes = modes.plate, len(modes.parities)
+    pairs = pairs_by_parity(modes.parities)
+    energy, loads = _pair_products(plate, modes.shapes, pairs)
     if in_plane == "free":
-        free = in_plane_free(plate)
-        stiffness = free.restrict(algebra.assemble(compat.form(plate.in_plane_form())))
-        factors = algebra.Factorization(stiffness, "nanorom_in_plane_", "in-plane stiffness")
-        loads = assembled(plate, loads)[free.local]
-        energy -= plate.domain.comm.allreduce(loads.T @ factors.solve(loads))
-    return symmetrised(unpacked(energy, shapes.shape[1]))
+        stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
+        for parity in pairs:
+            free = in_plane_free(plate, parity)
+            factors = algebra.Factorization(
+                free.restrict(stiffness), "nanorom_in_plane_", "in-plane stiffness"
+            )
+            load = assembled(plate, loads[parity])[free.local]
+            energy[parity] -= plate.domain.comm.allreduce(load.T @ factors.solve(load))
+    products = np.zeros((n_modes,) * 4)
+    for parity, members in pairs.items():
+        _unpack(plate.mirrors.copies * energy[parity], members, products)
+    return symmetrised(products)
 
 
-def in_plane_free(plate: Plate) -> algebra.FreeDofs:
-    """In-plane degrees of freedom off the supports."""
+def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
+    """Pairs (p, 2) of modes j <= k, by the parity of their product."""
+    found: dict[Parity, list[tuple[int, int]]] = {}
+    for j, k in zip(*np.triu_indices(len(parities))):
+        found.setdefault(product_parity(parities[j], parities[k]), []).append((j, k))
+    return {parity: np.array(members) for parity, members in sorted(found.items())}
+
+
+def in_plane_free(plate: Plate, parity: Parity = ()) -> algebra.FreeDofs:
+    """In-plane degrees of freedom off the supports, for strains of a parity.
+
+    On a mirror the displacement across it vanishes where strains are even, the one along it
+    where they are odd.
+    """
     blocks = fem.locate_dofs_topological(plate.in_plane, 1, plate.supported)
-    return algebra.FreeDofs(plate.in_plane, np.concatenate([2 * blocks, 2 * blocks + 1]))
+    fixed = [2 * blocks, 2 * blocks + 1]
+    for axis, odd in zip(plate.mirrors.axes, parity):
+        blocks = fem.locate_dofs_topological(plate.in_plane, 1, plate.on_mirror(axis))
+        across = AXES.index(axis)
+        fixed.append(2 * blocks + (1 - across if odd else across))
+    return algebra.FreeDofs(plate.in_plane, np.concatenate(fixed))
 
 
-def _pair_products(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """<S_jk, S_lm> (p, p) of all pairs, and this rank's in-plane loads f_jk (local dofs, p)."""
-    pairs = pair_list(shapes.shape[1])
-    energy = np.zeros((len(pairs), len(pairs)))
-    loads = np.zeros((_n_in_plane(plate), len(pairs)))
-    for field in quadrature.fields(plate, plate.stretching_degree, columns=6 * len(pairs)):
-        slope = field.gradient(shapes)
-        first, second = slope[..., pairs[:, 0]], slope[..., pairs[:, 1]]
-        xx, yy = first[:, :, 0] * second[:, :, 0], first[:, :, 1] * second[:, :, 1]
-        xy = 0.5 * (first[:, :, 0] * second[:, :, 1] + first[:, :, 1] * second[:, :, 0])
-        force = membrane_force(plate, xx, yy, xy) * field.weights[..., None]
-        rows = (-1, len(pairs))
-        energy += xx.reshape(rows).T @ force[0].reshape(rows)
-        energy += yy.reshape(rows).T @ force[1].reshape(rows)
-        energy += 2 * xy.reshape(rows).T @ force[2].reshape(rows)
-        add_in_plane_load(plate, field, force, loads)
-    return plate.domain.comm.allreduce(energy), loads
+def _pair_products(
+    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
+) -> tuple[dict[Parity, np.ndarray], dict[Parity, np.ndarray]]:
+    """By parity: <S_jk, S_lm> (p, p), and this rank's in-plane loads f_jk (local dofs, p)."""
+    energy = {parity: np.zeros((len(p), len(p))) for parity, p in pairs.items()}
+    loads = {parity: np.zeros((_n_in_plane(plate), len(p))) for parity, p in pairs.items()}
+    most = max(len(members) for members in pairs.values())
+    for field in quadrature.fields(plate, columns=6 * most):
+        slope = np.moveaxis(field.gradient(shapes), 2, 0).copy()
+        for parity, (j, k) in ((p, members.T) for p, members in pairs.items()):
+            (x_j, y_j), (x_k, y_k) = slope[..., j], slope[..., k]
+            strain = np.stack([x_j * x_k, y_j * y_k, 0.5 * (x_j * y_k + y_j * x_k)])
+            force = membrane_force(plate, *strain) * field.weights[..., None]
+            add_in_plane_load(plate, field, force, loads[parity])
+            force[2] *= 2  # xy and yx
+            rows = (-1, len(j))
+            energy[parity] += strain.reshape(rows).T @ force.reshape(rows)
+    return {parity: plate.domain.comm.allreduce(e) for parity, e in energy.items()}, loads
 
 
 def membrane_force(plate: Plate, xx: np.ndarray, yy: np.ndarray, xy: np.ndarray) -> np.ndarray:
@@ -84,10 +110,11 @@ def add_in_plane_load(
     c, q, _, n = field.gradients.shape
     gradients = field.gradients.reshape(c, 2 * q, n).transpose(0, 2, 1)
     xx, yy, xy = force
-    dofs = compat.cell_dofs(plate.in_plane)[field.cells]
+    dofs = compat.cell_dofs(plate.in_plane)[field.cells].ravel()
+    spread = csr_matrix((np.ones(c * n), (dofs, np.arange(c * n))), (len(loads) // 2, c * n))
     for component, (x, y) in enumerate(((xx, xy), (xy, yy))):
         traction = np.stack([x, y], axis=2).reshape(c, 2 * q, -1)
-        np.add.at(loads, 2 * dofs + component, np.matmul(gradients, traction))
+        loads[component::2] += spread @ np.matmul(gradients, traction).reshape(c * n, -1)
 
 
 def assembled(plate: Plate, loads: np.ndarray) -> np.ndarray:
@@ -103,12 +130,12 @@ def assembled(plate: Plate, loads: np.ndarray) -> np.ndarray:
     return total
 
 
-def unpacked(energy: np.ndarray, n_modes: int) -> np.ndarray:
-    """Pair products (p, p) as G[r, j, k, l]."""
-    index = np.empty((n_modes, n_modes), dtype=int)
-    pairs = pair_list(n_modes)
-    index[pairs[:, 0], pairs[:, 1]] = index[pairs[:, 1], pairs[:, 0]] = np.arange(len(pairs))
-    return energy[index[:, :, None, None], index[None, None]]
+def _unpack(energy: np.ndarray, pairs: np.ndarray, products: np.ndarray) -> None:
+    """Write products of pairs (p, p) to G[r, j, k, l], in both orders of every pair."""
+    j, k = pairs.T
+    for r, s in ((j, k), (k, j)):
+        for t, u in ((j, k), (k, j)):
+            products[r[:, None], s[:, None], t, u] = energy
 
 
 def symmetrised(products: np.ndarray) -> np.ndarray:

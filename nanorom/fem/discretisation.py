@@ -14,6 +14,7 @@ import attrs
 import numpy as np
 
 from nanorom.fem.mesh import Grading
+from nanorom.fem.symmetry import OPPOSITE, Mirrors
 from nanorom.scene import Disc, MeshFile, Scene, String
 
 MESHES = Path(__file__).parents[1] / "meshes"
@@ -27,13 +28,19 @@ CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^e
 
 @attrs.frozen
 class Discretisation:
-    """A geometry file with its parameters, the order of its cells' map, and the degree."""
+    """A geometry file with its parameters, the order of its cells' map, and the degree.
+
+    The file describes the part of the film that ``mirrors`` cut out; ``whole``: it is unfolded
+    and the whole film is meshed.
+    """
 
     file: Path
     parameters: dict[str, float]
     degree: int
     order: int
     grading: Grading | None = None
+    mirrors: Mirrors = Mirrors()
+    whole: bool = False
 
 
 def choose(scene: Scene, length: float, layer: float) -> Discretisation:
@@ -41,7 +48,7 @@ def choose(scene: Scene, length: float, layer: float) -> Discretisation:
 
     length : the scene's unit of length in m; layer : sqrt(D/T) in that unit, 0 for a membrane.
     """
-    geometry, accuracy = scene.geometry, scene.accuracy
+    geometry, accuracy, mirrors = scene.geometry, scene.accuracy, Mirrors.of(scene)
     if isinstance(geometry, MeshFile):
         degree = accuracy.degree or DEGREE
         return Discretisation(geometry.file, {}, degree, degree)
@@ -52,8 +59,8 @@ def choose(scene: Scene, length: float, layer: float) -> Discretisation:
     order = max(degree, 2)
     tolerance = accuracy.tolerance
     if isinstance(geometry, Disc):
-        return _disc(degree, order, size, layer if tolerance else 0.0)
-    return _rectangle(scene, degree, size, length, layer)
+        return _disc(degree, order, size, layer if tolerance else 0.0, mirrors)
+    return _rectangle(scene, degree, size, length, layer, mirrors)
 
 
 def _cell_size(scene: Scene, length: float) -> float:
@@ -76,16 +83,23 @@ def shortest_wave(scene: Scene) -> float:
     return (perimeter + np.sqrt(perimeter**2 + 16 * np.pi * area * (count + 1))) / (2 * area)
 
 
-def _disc(degree: int, order: int, size: float, layer: float) -> Discretisation:
+def _disc(
+    degree: int, order: int, size: float, layer: float, mirrors: Mirrors
+) -> Discretisation:
     """Drum of radius 1, with rings down to the layer where the core's cells are too wide for it."""
     file = MESHES / "drum.geo"
     widths = _shrinking(size, layer, LAYER_RATIO)
-    if len(widths) == 0:
-        return Discretisation(file, {"radius": 1.0, "size": size}, degree, order)
-    sectors = 4 * int(np.ceil(2 * np.pi / (4 * size)))
     core = 1 - widths.sum()
-    parameters = {"radius": 1.0, "size": size, "core": core, "rings": len(widths)}
-    parameters["sectors"] = float(sectors)
+    parameters = {
+        "radius": 1.0,
+        "size": size,
+        "core": core,
+        "rings": len(widths),
+        "sectors": 4 * np.ceil(2 * np.pi / (4 * size)),
+        "quadrants": 4 // mirrors.copies,
+    }
+    if len(widths) == 0:
+        return Discretisation(file, parameters, degree, order, None, mirrors)
     radii = np.concatenate([[0.0], 1 - np.cumsum(widths[::-1])[::-1], [1.0]])
     uniform = np.concatenate([[0.0], core + (1 - core) * np.arange(len(widths) + 1) / len(widths)])
 
@@ -94,7 +108,7 @@ def _disc(degree: int, order: int, size: float, layer: float) -> Discretisation:
         scale = np.interp(radius, uniform, radii) / np.where(radius > 0, radius, 1.0)
         return points * scale[:, None]
 
-    return Discretisation(file, parameters, degree, order, Grading(move, polar=core))
+    return Discretisation(file, parameters, degree, order, Grading(move, polar=core), mirrors)
 
 
 def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
@@ -106,33 +120,40 @@ def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
 
 
 def _rectangle(
-    scene: Scene, degree: int, size: float, length: float, layer: float
+    scene: Scene, degree: int, size: float, length: float, layer: float, mirrors: Mirrors
 ) -> Discretisation:
     """Rows and columns that shrink towards every supported side.
 
     Not towards a free one: the film moves there, and tiny cells would only add rounding error.
     """
     geometry, tolerance = scene.geometry, scene.accuracy.tolerance
-    sides = np.array([geometry.length, geometry.width]) / length
-    size = min(size, sides.max() / 2)
-    parameters = {"length": sides[0], "width": sides[1]}
-    lines = []
-    for name, side, ends in zip(("n_x", "n_y"), sides, (("left", "right"), ("bottom", "top"))):
-        first, last = (
-            _end_rows(scene.supports[end], min(size, side / 2), tolerance, layer) for end in ends
+    sides = {"x": geometry.length / length, "y": geometry.width / length}
+    parameters = {"length": sides["x"], "width": sides["y"]}
+    size = min(size, max(sides.values()) / 2)
+    lines = {}
+    for axis, side in sides.items():
+        low, high = (
+            _end_rows(scene.supports[end], min(size, side / 2), tolerance, layer)
+            for end in OPPOSITE[axis]
         )
-        inner = side - first.sum() - last.sum()
+        half = axis in mirrors.axes
+        start = 0.0 if half else -side / 2
+        low = np.empty(0) if half else low
+        inner = side / 2 - start - low.sum() - high.sum()
         n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
-        widths = np.concatenate([first[::-1], np.full(n_inner, inner / n_inner), last])
-        lines.append(np.concatenate([[0.0], np.cumsum(widths)]) - side / 2)
-        parameters[name] = float(len(widths))
+        widths = np.concatenate([low[::-1], np.full(n_inner, inner / n_inner), high])
+        lines[axis] = np.concatenate([[0.0], np.cumsum(widths)]) + start
+        parameters |= {f"n_{axis}": len(widths), f"half_{axis}": half}
 
     def move(points: np.ndarray) -> np.ndarray:
-        uniform = [np.linspace(line[0], line[-1], len(line)) for line in lines]
-        return np.column_stack([np.interp(points[:, i], uniform[i], lines[i]) for i in (0, 1)])
+        columns = []
+        for points_1d, ends in zip(points.T, lines.values()):
+            uniform = np.linspace(ends[0], ends[-1], len(ends))
+            columns.append(np.interp(points_1d, uniform, ends))
+        return np.column_stack(columns)
 
     file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
-    return Discretisation(file, parameters, degree, 1, Grading(move))
+    return Discretisation(file, parameters, degree, 1, Grading(move), mirrors)
 
 
 def _end_rows(kind: str, size: float, tolerance: float | None, layer: float) -> np.ndarray:

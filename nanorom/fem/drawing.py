@@ -17,7 +17,7 @@ def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     plate, comm = modes.plate, modes.plate.domain.comm
     n_cells = plate.domain.mesh.topology.index_map(2).size_global
     fineness = plate.degree
-    while fineness > 1 and n_cells * fineness**2 / 2 > MOST_POINTS:
+    while fineness > 1 and n_cells * plate.mirrors.copies * fineness**2 / 2 > MOST_POINTS:
         fineness -= 1
     reference = lattice(fineness)
     points, values = [np.empty((0, 2))], [np.empty((0, modes.shapes.shape[1]))]
@@ -27,6 +27,9 @@ def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         values.append(field.value(modes.shapes).reshape(-1, modes.shapes.shape[1]))
     points_all = np.concatenate(comm.allgather(np.concatenate(points)))
     values_all = np.concatenate(comm.allgather(np.concatenate(values)))
+    points_all, copied = plate.mirrors.unfold(points_all, values_all.T, modes.parities)
+    values_all = copied.T
+    n_cells *= plate.mirrors.copies
     low, high = bounding_box(plate)
     grid = np.rint((points_all - low) / (MERGE * (high - low).max())).astype(np.int64)
     _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)

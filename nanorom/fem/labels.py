@@ -14,9 +14,10 @@ from scipy.special import jn_zeros, jv
 from nanorom.fem import quadrature
 from nanorom.fem.modes import Modes, clusters
 from nanorom.fem.shapes import bounding_box, extent, orient
+from nanorom.fem.symmetry import Parity
 
 MIXED = 0.9  # a second component at least so large makes a name of two
-RADIAL_GRID = 2001  # points of a tabulated Bessel function: enough to tell modes apart
+RADIAL_GRID = 501  # points of a tabulated Bessel function: enough to tell modes apart
 
 
 def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
@@ -25,18 +26,26 @@ def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
     ``isotropic``: the tension is, so that every pair is degenerate by symmetry.
     """
     candidates = _drum_modes(modes.shapes.shape[1])
-    nearest = np.abs(_drum_content(modes, candidates)).argmax(axis=1)
-    # a cos-sin pair belongs together whatever splits it: both axes are axes of symmetry
-    groups = [np.flatnonzero(nearest == i) for i in np.unique(nearest) if candidates[i][0] > 0]
-    modes = orient(modes, groups)
     content = _drum_content(modes, candidates)
+    nearest = np.abs(content).argmax(axis=1)
+    # a cos-sin pair belongs together whatever splits it: both axes are axes of symmetry
+    like = [(*candidates[i], modes.parities[n]) for n, i in enumerate(nearest)]
+    groups = [
+        np.array([n for n, other in enumerate(like) if other == one])
+        for one in sorted(set(like))
+        if one[0] > 0
+    ]
+    if any(len(group) > 1 for group in groups):
+        modes = orient(modes, groups)
+        content = _drum_content(modes, candidates)
     keys = []
     for i, best in enumerate(np.abs(content).argmax(axis=1)):
         p, m = candidates[best]
         odd = abs(content[i, best].imag) > abs(content[i, best].real)
         keys.append((p, m, "" if p == 0 else "s" if odd else "c"))
     if isotropic:
-        modes, keys = _sorted(modes, groups, keys)
+        pairs = [np.array([n for n, k in enumerate(keys) if k[:2] == one[:2]]) for one in keys]
+        modes, keys = _sorted(modes, pairs, keys)
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
 
@@ -54,21 +63,42 @@ def _drum_content(modes: Modes, candidates: list[tuple[int, int]]) -> np.ndarray
     plate = modes.plate
     centre, radius = extent(plate)
     grid = np.linspace(0, 1, RADIAL_GRID)
-    radial = np.empty((len(candidates), RADIAL_GRID))
+    radial = np.empty((RADIAL_GRID, len(candidates)))
     for i, (p, m) in enumerate(candidates):
         zero = jn_zeros(p, m)[-1]
-        radial[i] = jv(p, zero * grid) / abs(jv(p + 1, zero)) / (1 if p == 0 else np.sqrt(0.5))
+        radial[:, i] = jv(p, zero * grid) / abs(jv(p + 1, zero)) / (1 if p == 0 else np.sqrt(0.5))
     orders = np.array([p for p, _ in candidates])
     total = np.zeros((modes.shapes.shape[1], len(candidates)), dtype=complex)
-    for field in quadrature.fields(plate, 2 * plate.degree, columns=4 * len(candidates)):
-        z = ((field.points - centre) / radius) @ np.array([1, 1j])
-        place = np.minimum(np.abs(z), 1.0) * (RADIAL_GRID - 1)
-        nearest = np.rint(place).astype(int)
-        waves = np.exp(1j * np.angle(z)[..., None] * orders) * radial.T[nearest]
-        weighted = field.weights[..., None] * field.value(modes.shapes)
-        n_points = weighted.shape[0] * weighted.shape[1]
-        total += weighted.reshape(n_points, -1).T @ waves.reshape(n_points, -1)
-    return plate.domain.comm.allreduce(total)
+    for field in quadrature.fields(plate, columns=4 * len(candidates)):
+        z = (((field.points - centre) / radius) @ np.array([1, 1j])).ravel()
+        nearest = np.rint(np.minimum(np.abs(z), 1.0) * (RADIAL_GRID - 1)).astype(int)
+        turns = (z / np.maximum(np.abs(z), 1e-300))[:, None] ** np.arange(orders.max() + 1)
+        weighted = (field.weights[..., None] * field.value(modes.shapes)).reshape(len(z), -1)
+        for p in range(orders.max() + 1):
+            own = orders == p
+            total[:, own] += (weighted * turns[:, p, None]).T @ radial[:, own][nearest]
+    total = plate.domain.comm.allreduce(total)
+    for i, parity in enumerate(modes.parities):
+        total[i] = _allowed(total[i], orders, modes, parity)
+    return total
+
+
+def _allowed(
+    content: np.ndarray, orders: np.ndarray, modes: Modes, parity: Parity
+) -> np.ndarray:
+    """Content (K,) without the harmonics that vanish over the whole film by parity.
+
+    cos(p theta) is even in y, sin(p theta) odd; in x, p decides.
+    """
+    mirrors = modes.plate.mirrors
+    in_x, in_y = (mirrors.parity_in(axis, parity) for axis in "xy")
+    cosine, sine = content.real, content.imag
+    if in_y is not None:
+        cosine, sine = (cosine, 0 * sine) if in_y == 0 else (0 * cosine, sine)
+    if in_x is not None:
+        cosine = np.where(orders % 2 == in_x, cosine, 0.0)
+        sine = np.where(orders % 2 != in_x, sine, 0.0)
+    return cosine + 1j * sine
 
 
 def name_rectangle(
@@ -80,7 +110,7 @@ def name_rectangle(
     Collective.
     """
     groups = clusters(modes.eigenvalues)
-    modes = orient(modes, groups)
+    modes = orient(modes, [part for group in groups for part in _by_parity(modes, group)])
     keys = []
     for spectrum in _wave_content(modes, free_x, free_y):
         first, second = np.argsort(np.abs(spectrum).ravel())[::-1][:2]
@@ -101,7 +131,7 @@ def _wave_content(modes: Modes, free_x: bool, free_y: bool) -> np.ndarray:
     low, high = bounding_box(plate)
     count = modes.shapes.shape[1] + 2
     total = np.zeros((modes.shapes.shape[1], count, count))
-    for field in quadrature.fields(plate, 2 * plate.degree + 2, columns=2 * count):
+    for field in quadrature.fields(plate, columns=4 * count):
         value = field.weights[..., None] * field.value(modes.shapes)
         waves = []
         for axis, free in ((0, free_x), (1, free_y)):
@@ -109,7 +139,21 @@ def _wave_content(modes: Modes, free_x: bool, free_y: bool) -> np.ndarray:
             phase = np.pi * s[..., None] * np.arange(count)
             waves.append(np.cos(phase) if free else np.sin(phase))
         total += np.einsum("cqi,cqm,cqn->imn", value, *waves, optimize=True)
-    return plate.domain.comm.allreduce(total)
+    total = plate.domain.comm.allreduce(total)
+    waves = np.arange(count)
+    for axis, free, place in (("x", free_x, 1), ("y", free_y, 2)):
+        for i, parity in enumerate(modes.parities):
+            odd = plate.mirrors.parity_in(axis, parity)
+            if odd is not None:  # sin(m pi s) is even about the middle for odd m, cos for even
+                vanishing = waves[waves % 2 != (odd if free else 1 - odd)]
+                np.moveaxis(total[i], place - 1, 0)[vanishing] = 0.0
+    return total
+
+
+def _by_parity(modes: Modes, group: np.ndarray) -> list[np.ndarray]:
+    """Split a group of modes into those of one parity each."""
+    parities = sorted({modes.parities[i] for i in group})
+    return [np.array([i for i in group if modes.parities[i] == p]) for p in parities]
 
 
 def _sorted(
@@ -119,9 +163,9 @@ def _sorted(
     order, eigenvalues = np.arange(len(keys)), modes.eigenvalues.copy()
     for group in groups:
         order[group] = sorted(group, key=lambda i: keys[i])
-        eigenvalues[group] = eigenvalues[group].mean()
-    shapes = np.ascontiguousarray(modes.shapes[:, order])
-    return attrs.evolve(modes, shapes=shapes, eigenvalues=eigenvalues), [keys[i] for i in order]
+        eigenvalues[group] = modes.eigenvalues[group].mean()
+    modes = attrs.evolve(modes.take(order), eigenvalues=eigenvalues)
+    return modes, [keys[i] for i in order]
 
 
 def name_by_number(modes: Modes) -> tuple[Modes, list[str]]:

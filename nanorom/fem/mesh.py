@@ -16,6 +16,9 @@ from mpi4py import MPI
 
 from nanorom.errors import MeshError
 from nanorom.fem import compat, curved
+from nanorom.fem.symmetry import AXES, OPPOSITE, Mirrors, line
+
+ON_MIRROR = 1e-9  # of the film's size: points nearer to a mirror lie on it
 
 
 @attrs.frozen
@@ -44,6 +47,34 @@ class MeshData:
     facets: Mapping[str, np.ndarray]
 
 
+    def unfolded(self, mirrors: Mirrors) -> MeshData:
+        """The whole film from the part that lies at positive coordinates of the mirrors."""
+        data = self
+        for axis in mirrors.axes:
+            data = data._reflected(axis)
+        return data
+
+    def _reflected(self, axis: str) -> MeshData:
+        """This mesh and its mirror image, the nodes on the mirror shared."""
+        column = AXES.index(axis)
+        shared = np.abs(self.points[:, column]) < ON_MIRROR * np.ptp(self.points, axis=0).max()
+        image = np.arange(len(self.points))
+        image[~shared] = len(self.points) + np.arange((~shared).sum())
+        flipped = self.points[~shared] * np.where(np.arange(2) == column, -1.0, 1.0)
+        near, far = OPPOSITE[axis][::-1]  # the side that is meshed, and its image
+        facets = {}
+        for name, pairs in self.facets.items():
+            if name == line(axis):
+                continue
+            if name == near:
+                facets |= {near: pairs, far: image[pairs]}
+            else:
+                facets[name] = np.concatenate([pairs, image[pairs]])
+        points = np.concatenate([self.points, flipped])
+        cells = np.concatenate([self.cells, image[self.cells]])
+        return MeshData(points, cells, self.order, facets)
+
+
 @attrs.frozen
 class Domain:
     """A distributed mesh and its boundary: physical curve -> local facet numbers."""
@@ -67,16 +98,18 @@ def build(
     parameters: Mapping[str, float] | None = None,
     order: int = 1,
     grading: Grading | None = None,
+    unfold: Mirrors | None = None,
 ) -> Domain:
     """Mesh a ``.geo`` (with its parameters) or read a ``.msh`` and distribute it. Collective.
 
-    ``order`` is that of the cells' map (a ``.msh`` keeps its own).  Raises MeshError on every
-    rank alike.
+    ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``unfold`` names the mirrors by
+    which the part in the file makes the whole film.  Raises MeshError on every rank alike.
     """
     data: MeshData | MeshError | None = None
     if comm.rank == 0:
         try:
             data = load(file, parameters or {}, order, grading)
+            data = data.unfolded(unfold or Mirrors())
         except MeshError as error:
             data = error
     data = comm.bcast(data if comm.rank == 0 and isinstance(data, MeshError) else None) or data
@@ -127,7 +160,7 @@ def load(
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.onelab.clear()
         for name, value in parameters.items():
-            gmsh.onelab.setNumber(f"Parameters/{name}", [value])
+            gmsh.onelab.setNumber(f"Parameters/{name}", [float(value)])
         try:
             gmsh.open(str(file))
             if len(gmsh.model.mesh.getNodes()[0]) == 0:

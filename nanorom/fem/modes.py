@@ -11,6 +11,7 @@ from slepc4py import SLEPc
 from nanorom.errors import SolverError
 from nanorom.fem import algebra, compat
 from nanorom.fem.plate import Plate
+from nanorom.fem.symmetry import Parity
 
 EIGEN_TOLERANCE = 1e-14  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
@@ -24,15 +25,30 @@ class Modes:
     """The lowest modes of a plate, sorted by frequency.
 
     eigenvalues: (n,) squared frequencies in the plate's units; shapes: (local dofs, n), of unit
-    modal mass when solved for; stiffness, mass: assembled on all degrees of freedom; free: those that may move.
+    modal mass on the meshed part when solved for; parities: n classes of symmetry; stiffness:
+    assembled on all degrees of freedom, by class; mass: assembled on all degrees of freedom.
     """
 
     plate: Plate
     eigenvalues: np.ndarray
     shapes: np.ndarray
-    stiffness: PETSc.Mat
+    parities: list[Parity]
+    stiffness: dict[Parity, PETSc.Mat]
     mass: PETSc.Mat
-    free: algebra.FreeDofs
+
+    @property
+    def n_owned(self) -> int:
+        """Degrees of freedom of this rank, the first of the local ones."""
+        return self.mass.getLocalSize()[0]
+
+    def take(self, index: np.ndarray) -> Modes:
+        """Some of the modes, or all in another order."""
+        return attrs.evolve(
+            self,
+            eigenvalues=self.eigenvalues[index],
+            shapes=np.ascontiguousarray(self.shapes[:, index]),
+            parities=[self.parities[i] for i in index],
+        )
 
 
 def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.ndarray]:
@@ -47,35 +63,100 @@ def solve(plate: Plate, count: int) -> Modes:
     Raises SolverError when the mesh has too few degrees of freedom, when the flat state is not
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
-    stiffness = algebra.assemble(compat.form(plate.stiffness_form()))
     mass = algebra.assemble(compat.form(plate.mass_form()))
-    fixed = fem.locate_dofs_topological(plate.deflections, 1, plate.supported)
-    free = algebra.FreeDofs(plate.deflections, fixed)
-    k, m = free.restrict(stiffness), free.restrict(mass)
-
-    wanted = count + EXTRA
+    stiffness = class_stiffness(plate)
+    solvers = {p: _ClassSolver(plate, p, k, mass) for p, k in stiffness.items()}
+    size = sum(solver.free.size for solver in solvers.values())
+    if count > size // 2:
+        raise SolverError(
+            f"{count} modes asked for, but the mesh has only {size} free degrees of freedom "
+            f"({size // 2} modes at most): refine the mesh or ask for fewer"
+        )
+    each = -(-count // len(solvers)) + EXTRA
+    for solver in solvers.values():
+        solver.compute(each)
     while True:
-        if count > free.size // 2:
-            raise SolverError(
-                f"{count} modes asked for, but the mesh has only {free.size} free degrees of "
-                f"freedom ({free.size // 2} modes at most): refine the mesh or ask for fewer"
-            )
-        wanted = min(wanted, free.size)
-        eigenvalues, vectors = _lowest(k, m, wanted)
-        complete = [group for group in clusters(eigenvalues, NEAR) if group[0] < count]
-        last = complete[-1][-1] + 1
-        if last < wanted or wanted == free.size:
+        found = np.sort(np.concatenate([s.eigenvalues for s in solvers.values()]))
+        # beyond the last mode asked for by more than a cluster may be wide
+        enough = found[count - 1] * (1 + NEAR) ** EXTRA
+        short = [s for s in solvers.values() if not s.exhausted and s.eigenvalues[-1] <= enough]
+        if not short:
             break
-        wanted *= 2
+        for solver in short:
+            solver.compute(2 * len(solver.eigenvalues))
+    return _merged(plate, solvers, stiffness, mass, count)
 
-    shapes = np.zeros((free.n_local, last))
+
+def class_stiffness(plate: Plate) -> dict[Parity, PETSc.Mat]:
+    """Transverse stiffness on all degrees of freedom, by class of symmetry. Collective.
+
+    An even class has no slope across the mirror; a membrane needs no term for that.
+    """
+    base = algebra.assemble(compat.form(plate.stiffness_form()))
+    classes = plate.mirrors.classes
+    if not plate.bending or not plate.mirrors.axes:
+        return dict.fromkeys(classes, base)
+    mirrored = {
+        axis: algebra.assemble(compat.form(plate.clamping_form(plate.on_mirror(axis))))
+        for axis in plate.mirrors.axes
+    }
+    stiffness = {}
+    for parity in classes:
+        matrix = base.copy()
+        for axis, odd in zip(plate.mirrors.axes, parity):
+            if not odd:
+                matrix.axpy(1.0, mirrored[axis], PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        stiffness[parity] = matrix
+    return stiffness
+
+
+class _ClassSolver:
+    """Lowest modes of one class of symmetry."""
+
+    def __init__(
+        self, plate: Plate, parity: Parity, stiffness: PETSc.Mat, mass: PETSc.Mat
+    ) -> None:
+        self.parity = parity
+        fixed = fem.locate_dofs_topological(plate.deflections, 1, plate.odd_facets(parity))
+        self.free = algebra.FreeDofs(plate.deflections, fixed)
+        self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
+        self.eigenvalues = np.empty(0)
+        self.vectors = np.empty((0, 0))
+
+    @property
+    def exhausted(self) -> bool:
+        """True when every mode that the mesh gives has been computed."""
+        return len(self.eigenvalues) == self.free.size
+
+    def compute(self, count: int) -> None:
+        """Compute the ``count`` lowest modes, or all there are. Collective."""
+        self.eigenvalues, self.vectors = _lowest(self._k, self._m, min(count, self.free.size))
+
+
+def _merged(
+    plate: Plate,
+    solvers: dict[Parity, _ClassSolver],
+    stiffness: dict[Parity, PETSc.Mat],
+    mass: PETSc.Mat,
+    count: int,
+) -> Modes:
+    """The lowest modes of all classes together, up to the end of the last cluster."""
+    found = sorted(
+        (value, parity, i)
+        for parity, solver in solvers.items()
+        for i, value in enumerate(solver.eigenvalues)
+    )
+    values = np.array([value for value, _, _ in found])
+    last = [group for group in clusters(values, NEAR) if group[0] < count][-1][-1] + 1
     function = fem.Function(plate.deflections)
-    for i in range(last):
+    shapes = np.empty((len(function.x.array), last))
+    for column, (_, parity, i) in enumerate(found[:last]):
         function.x.array[:] = 0.0
-        function.x.array[free.local] = vectors[:, i]
+        function.x.array[solvers[parity].free.local] = solvers[parity].vectors[:, i]
         function.x.scatter_forward()
-        shapes[:, i] = function.x.array
-    return Modes(plate, eigenvalues[:last], shapes, stiffness, mass, free)
+        shapes[:, column] = function.x.array
+    parities = [parity for _, parity, _ in found[:last]]
+    return Modes(plate, values[:last], shapes, parities, stiffness, mass)
 
 
 def _lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarray]:

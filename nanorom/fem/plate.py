@@ -26,6 +26,7 @@ from ufl.geometry import FacetJacobianDeterminant
 
 from nanorom.fem import compat
 from nanorom.fem.mesh import Domain
+from nanorom.fem.symmetry import Mirrors, Parity, line
 
 COERCIVITY = 2.0  # factor a > 1 of the penalty; the margin covers curved cells
 
@@ -52,6 +53,7 @@ class Plate:
     clamped, pinned : names of the boundary curves where the film is clamped or simply supported;
         on both w = 0 and u = 0, the others are free.
     bending : with bending stiffness (plate) or without (membrane).
+    mirrors : axes at which the domain is cut; integrals are over the part that is meshed.
 
     Attributes
     ----------
@@ -60,10 +62,17 @@ class Plate:
     """
 
     def __init__(
-        self, domain: Domain, degree: int, clamped: list[str], pinned: list[str], bending: bool
+        self,
+        domain: Domain,
+        degree: int,
+        clamped: list[str],
+        pinned: list[str],
+        bending: bool,
+        mirrors: Mirrors | None = None,
     ) -> None:
         mesh = domain.mesh
         self.domain = domain
+        self.mirrors = mirrors or Mirrors()
         self.degree = degree
         self.bending = bending
         self.supported = domain.facets_of([*clamped, *pinned])
@@ -79,6 +88,15 @@ class Plate:
         self.membrane_stiffness = fem.Constant(mesh, 1.0)
         self.shape: Any = None
         self.prestress: Any = None
+
+    def on_mirror(self, axis: str) -> np.ndarray:
+        """Local facets on the mirror of an axis."""
+        return self.domain.facets_of([line(axis)])
+
+    def odd_facets(self, parity: Parity) -> np.ndarray:
+        """Local facets on which a deflection of a parity vanishes: supports and odd mirrors."""
+        odd = [line(axis) for axis, p in zip(self.mirrors.axes, parity) if p]
+        return np.union1d(self.supported, self.domain.facets_of(odd)).astype(np.int32)
 
     # -- energies -------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ for every cell; here they are done as such instead of one assembly per load case
 from __future__ import annotations
 
 from collections.abc import Iterator
+from weakref import WeakKeyDictionary
 
 import attrs
 import basix
@@ -50,21 +51,35 @@ def owned_cells(plate: Plate) -> int:
     return plate.domain.mesh.topology.index_map(2).size_local
 
 
-def fields(plate: Plate, degree: int, columns: int = 1) -> Iterator[CellFields]:
-    """Tabulate the deflection basis at a quadrature of a degree, a chunk of cells at a time.
+def fields(plate: Plate, columns: int = 1) -> Iterator[CellFields]:
+    """Tabulate the deflection basis at the plate's quadrature, a chunk of cells at a time.
 
     ``columns`` is how many numbers per point the caller will hold; it sets the chunk's size.
+    Where one chunk is enough it is kept for the next caller.
     """
-    points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
-    yield from fields_at(plate, np.asarray(points), np.asarray(weights), columns)
+    rule = basix.make_quadrature(basix.CellType.triangle, plate.stretching_degree)
+    points, weights = np.asarray(rule[0]), np.asarray(rule[1])
+    if _cells_per_chunk(plate, len(weights), columns) < owned_cells(plate):
+        yield from fields_at(plate, points, weights, columns)
+        return
+    if plate not in _kept:
+        _kept[plate] = list(fields_at(plate, points, weights, columns))
+    yield from _kept[plate]
+
+
+_kept: WeakKeyDictionary[Plate, list[CellFields]] = WeakKeyDictionary()
+
+
+def _cells_per_chunk(plate: Plate, n_points: int, columns: int) -> int:
+    n_dofs = compat.cell_dofs(plate.deflections).shape[1]
+    return max(1, CHUNK_ENTRIES // (n_points * max(2 * n_dofs, columns)))
 
 
 def fields_at(
     plate: Plate, points: np.ndarray, weights: np.ndarray, columns: int = 1
 ) -> Iterator[CellFields]:
     """The same at given reference points (q, 2) and weights (q,)."""
-    n_dofs = compat.cell_dofs(plate.deflections).shape[1]
-    step = max(1, CHUNK_ENTRIES // (len(weights) * max(2 * n_dofs, columns)))
+    step = _cells_per_chunk(plate, len(weights), columns)
     n_cells = owned_cells(plate)
     for first in range(0, n_cells, step):
         cells = np.arange(first, min(first + step, n_cells))

@@ -17,6 +17,7 @@ from nanorom.fem import step as stiffness_evaluation
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.shapes import normalise
+from nanorom.fem.symmetry import Mirrors, line
 from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene
 
@@ -89,7 +90,11 @@ def reduce_scene(
     scales = Scales.of(scene)
     watch = Stopwatch(progress)
     layer = np.sqrt(scales.bending * scales.tension / max(scene.tension.x, scene.tension.y, 1e-300))
-    chosen = discretisation.choose(scene, scales.length, float(layer))
+    # a static load case of STEP mixes modes of every parity: it needs the whole film
+    chosen = attrs.evolve(
+        discretisation.choose(scene, scales.length, float(layer)),
+        whole=scene.reduction.method != "direct",
+    )
     with watch.stage("mesh"):
         plate = build_plate(comm, scene, scales, chosen)
     with watch.stage("modes"):
@@ -97,11 +102,7 @@ def reduce_scene(
         modes, names = name(scene, modes)
         modes = normalise(modes)
     selected = np.array(scene.modes.numbers) - 1
-    modes = attrs.evolve(
-        modes,
-        shapes=np.ascontiguousarray(modes.shapes[:, selected]),
-        eigenvalues=modes.eigenvalues[selected],
-    )
+    modes = modes.take(selected)
     with watch.stage("tensors"):
         quadratic, cubic, diagnostics = tensors(scene, scales, modes, watch)
     with watch.stage("patterns"):
@@ -147,8 +148,9 @@ def build_plate(
     comm: MPI.Comm, scene: Scene, scales: Scales, chosen: discretisation.Discretisation
 ) -> Plate:
     """Mesh the scene and set up its plate with the scaled parameters. Collective."""
-    domain = mesh.build(comm, chosen.file, chosen.parameters, chosen.order, chosen.grading)
-    kinds = boundary_kinds(scene, list(domain.facets))
+    whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
+    domain = mesh.build(comm, chosen.file, chosen.parameters, chosen.order, chosen.grading, whole)
+    kinds = boundary_kinds(scene, list(domain.facets), part)
     by_kind = {kind: [s for s, k in kinds.items() if k == kind] for kind in set(kinds.values())}
     plate = Plate(
         domain,
@@ -156,6 +158,7 @@ def build_plate(
         clamped=by_kind.get("clamped", []),
         pinned=by_kind.get("simply_supported", []),
         bending=scales.bending > 0,
+        mirrors=part,
     )
     plate.tension_x.value = scene.tension.x / scales.tension
     plate.tension_y.value = scene.tension.y / scales.tension
@@ -164,10 +167,11 @@ def build_plate(
     return plate
 
 
-def boundary_kinds(scene: Scene, tags: list[str]) -> dict[str, str]:
-    """Kind of support of every boundary curve of the mesh; raises SceneError."""
+def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str, str]:
+    """Kind of support of every boundary curve of the mesh but the mirrors; raises SceneError."""
+    tags = [tag for tag in tags if tag not in map(line, mirrors.axes)]
     for side in scene.support.named:
-        if side not in tags:
+        if side not in tags and isinstance(scene.geometry, MeshFile):
             raise SceneError(
                 f"support.{side}: the mesh has no boundary of that name; "
                 f"allowed: {', '.join(sorted(tags)) or 'none, as it has no physical curves'}"
@@ -200,7 +204,7 @@ def tensors(
     plate, count = modes.plate, modes.shapes.shape[1]
     in_plane = scene.reduction.in_plane
     if scene.reduction.method == "direct":
-        cubic = condensation.cubic_tensor(plate, modes.shapes, in_plane)
+        cubic = condensation.cubic_tensor(modes, in_plane)
         asymmetry = 0.0
         quadratic = np.zeros((count,) * 3)
         return quadratic, scales.cubic * cubic, {"asymmetry": asymmetry}
@@ -230,23 +234,29 @@ class ModalProducts:
 def modal_products(modes: Modes) -> ModalProducts:
     """Modal matrices from the assembled operators, patterns by quadrature. Collective."""
     plate, shapes = modes.plate, modes.shapes
-    n_modes, n_owned = shapes.shape[1], modes.free.n_owned
-    owned, comm = shapes[:n_owned], plate.domain.comm
+    n_modes, n_owned = shapes.shape[1], modes.n_owned
+    comm, copies = plate.domain.comm, plate.mirrors.copies
     area, slope = np.zeros(n_modes), np.zeros((n_modes, n_modes))
-    for field in quadrature.fields(plate, 2 * plate.degree, columns=n_modes):
+    for field in quadrature.fields(plate, columns=2 * n_modes):
         area += np.einsum("cq,cqn->n", field.weights, field.value(shapes))
         gradient = field.gradient(shapes)
-        slope += np.einsum("cq,cqdi,cqdj->ij", field.weights, gradient, gradient, optimize=True)
-    matrices = []
-    for matrix in (modes.stiffness, modes.mass):
-        x, y = matrix.createVecRight(), matrix.createVecLeft()
-        columns = np.empty_like(owned)
-        for i in range(n_modes):
-            x.array[:] = owned[:, i]
+        weighted = gradient * field.weights[..., None, None]
+        slope += gradient.reshape(-1, n_modes).T @ weighted.reshape(-1, n_modes)
+    stiff, heavy = np.empty((n_owned, n_modes)), np.empty((n_owned, n_modes))
+    x, y = modes.mass.createVecRight(), modes.mass.createVecLeft()
+    for i, parity in enumerate(modes.parities):
+        x.array[:] = shapes[:n_owned, i]
+        for matrix, columns in ((modes.stiffness[parity], stiff), (modes.mass, heavy)):
             matrix.mult(x, y)
             columns[:, i] = y.array
-        matrices.append(comm.allreduce(owned.T @ columns))
-    stiffness, mass = (0.5 * (matrix + matrix.T) for matrix in matrices)
-    return ModalProducts(
-        stiffness, np.diag(mass).copy(), comm.allreduce(area), comm.allreduce(slope)
-    )
+    owned = shapes[:n_owned]
+    products = np.stack([owned.T @ stiff, owned.T @ heavy, slope])
+    stiffness, mass, slope = copies * comm.allreduce(products) * same_parity(modes)
+    area = copies * comm.allreduce(area)
+    area[[parity != plate.mirrors.even for parity in modes.parities]] = 0.0
+    return ModalProducts(0.5 * (stiffness + stiffness.T), np.diag(mass).copy(), area, slope)
+
+
+def same_parity(modes: Modes) -> np.ndarray:
+    """1 where two modes are of one parity, 0 where their product integrates to zero."""
+    return np.array([[float(a == b) for b in modes.parities] for a in modes.parities])

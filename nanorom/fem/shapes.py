@@ -18,6 +18,7 @@ from mpi4py import MPI
 from nanorom.fem import compat, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
+from nanorom.fem.symmetry import AXES
 
 SPLIT = 1e-3  # of the anisotropy (between -1 and 1), below which it does not decide
 TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decides
@@ -28,7 +29,10 @@ FLAT = 1e-6  # smallest curvature, relative, along which a Newton step is taken
 
 
 def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
-    """Rotate every group of like modes to the symmetry axes, the lower first. Collective."""
+    """Rotate every group of like modes to the symmetry axes, the lower first. Collective.
+
+    The modes of a group have one parity: where mirrors cut the film, they orient its pairs.
+    """
     shapes, eigenvalues = modes.shapes.copy(), modes.eigenvalues.copy()
     for group in groups:
         if len(group) > 1:
@@ -58,7 +62,7 @@ def _orienting_forms(plate: Plate, shapes: np.ndarray) -> np.ndarray:
     """int |grad phi|^2, int phi_x^2 - phi_y^2 and int g phi^2 as matrices (3, n, n)."""
     centre, radius = extent(plate)
     forms = np.zeros((3, shapes.shape[1], shapes.shape[1]))
-    for field in quadrature.fields(plate, 2 * plate.degree + 2):
+    for field in quadrature.fields(plate, columns=2 * shapes.shape[1]):
         slopes = field.gradient(shapes)
         z2 = (((field.points - centre) / radius) @ np.array([1, 1j])) ** 2
         g = np.real(z2 / (1 - 0.9 * z2))  # sum of 0.9^(p - 1) r^2p cos(2 p theta)
@@ -74,15 +78,17 @@ def _gram(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def bounding_box(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
-    """Lower left and upper right corner (2,) of the film. Collective."""
+    """Lower left and upper right corner (2,) of the whole film. Collective."""
     x = plate.domain.mesh.geometry.x[:, :2]
     corners = np.concatenate([-x.min(axis=0), x.max(axis=0)])
     plate.domain.comm.Allreduce(MPI.IN_PLACE, corners, op=MPI.MAX)
-    return -corners[:2], corners[2:]
+    low, high = -corners[:2], corners[2:]
+    cut = [axis in plate.mirrors.axes for axis in AXES]
+    return np.where(cut, -high, low), high
 
 
 def extent(plate: Plate) -> tuple[np.ndarray, float]:
-    """Centre (2,) of the film and half its longer side: of a disc, its radius. Collective."""
+    """Centre (2,) of the whole film and half its longer side: of a disc, its radius. Collective."""
     low, high = bounding_box(plate)
     return (low + high) / 2, float((high - low).max() / 2)
 

@@ -68,7 +68,7 @@ def step(
 ) -> StepResult:
     """Quadratic and cubic coefficients of the first ``count`` modes. Collective.
 
-    ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
+    The plate has no mirrors: a load case may mix modes of any parity.  ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
     ``membrane_stiffness`` is given.  Raises SolverError if a case does not converge.
     """
     statics = StaticCases(modes, in_plane)
@@ -94,17 +94,18 @@ class StaticCases:
         self.plate = plate
         stretching = plate.stretching_energy(plate.u, plate.w)
         self._reaction = compat.form(ufl.derivative(stretching, plate.w))
-        self._linear = modes.stiffness.createVecLeft()
-        self._deflection = modes.stiffness.createVecRight()
+        self._stiffness = modes.stiffness[()]
+        self._linear = self._stiffness.createVecLeft()
+        self._deflection = self._stiffness.createVecRight()
         self._snes = _InPlaneEquilibrium(plate, stretching) if in_plane == "free" else None
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L,) = Phi^T (F_T - K X_c) at modal amplitudes q (L,). Collective."""
         shapes = self.modes.shapes[:, : len(q)]
-        plate, n_owned = self.plate, self.modes.free.n_owned
+        plate, n_owned = self.plate, self.modes.n_owned
         plate.w.x.array[:] = shapes @ q
         self._deflection.array[:] = plate.w.x.array[:n_owned]
-        self.modes.stiffness.mult(self._deflection, self._linear)
+        self._stiffness.mult(self._deflection, self._linear)
         if self._snes is not None:
             self._snes.solve()
         total = algebra.assemble_vector(self._reaction) + self._linear.array

@@ -1,0 +1,78 @@
+"""Mirror symmetry: the film cut at its mirror axes, and its fields by their parity.
+
+A film that is its own mirror image in x, in y or in both need be meshed on a half or a quarter
+only.  Every mode is then even or odd about each mirror, every product of modes has the product of
+their parities, and integrals of odd products over the whole film vanish exactly: those
+coefficients are never computed.  A film without mirrors has one class, of empty parity.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import attrs
+import numpy as np
+
+from nanorom.scene import Disc, Rectangle, Scene
+
+Parity = tuple[int, ...]  # one entry per mirror: 0 even, 1 odd
+
+AXES = ("x", "y")
+OPPOSITE = {"x": ("left", "right"), "y": ("bottom", "top")}
+
+
+@attrs.frozen
+class Mirrors:
+    """The coordinates in which a film is its own mirror image; it is meshed where they are > 0."""
+
+    axes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, scene: Scene) -> Mirrors:
+        """Mirrors of a scene: all tensions lie along the axes, so shape and supports decide."""
+        if isinstance(scene.geometry, Disc):
+            return cls(AXES)
+        if not isinstance(scene.geometry, Rectangle):
+            return cls()
+        kinds = scene.supports
+        return cls(tuple(a for a in AXES if kinds[OPPOSITE[a][0]] == kinds[OPPOSITE[a][1]]))
+
+    @property
+    def classes(self) -> list[Parity]:
+        """All parities, the fully even one first."""
+        return list(product((0, 1), repeat=len(self.axes)))
+
+    @property
+    def copies(self) -> int:
+        """How many times the meshed part makes the whole film."""
+        return 2 ** len(self.axes)
+
+    @property
+    def even(self) -> Parity:
+        """Parity of a field that every mirror leaves as it is."""
+        return (0,) * len(self.axes)
+
+    def parity_in(self, axis: str, parity: Parity) -> int | None:
+        """0 or 1 for even or odd in an axis, None where the film has no mirror."""
+        return parity[self.axes.index(axis)] if axis in self.axes else None
+
+    def unfold(
+        self, points: np.ndarray, values: np.ndarray, parities: list[Parity]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 2) and values (L, n) on the meshed part, copied to the whole film."""
+        for number, axis in enumerate(self.axes):
+            flip = np.where(np.arange(2) == AXES.index(axis), -1.0, 1.0)
+            sign = np.array([1.0 - 2.0 * parity[number] for parity in parities])
+            points = np.concatenate([points, points * flip])
+            values = np.concatenate([values, values * sign[:, None]], axis=1)
+        return points, values
+
+
+def line(axis: str) -> str:
+    """Name of the mesh's boundary on a mirror."""
+    return f"{axis}=0"
+
+
+def product_parity(first: Parity, second: Parity) -> Parity:
+    """Parity of the product of two fields."""
+    return tuple(a ^ b for a, b in zip(first, second))
