@@ -73,6 +73,7 @@ class FloquetSolver:
         self.has_loss = bool(self.loss.any())
         values = np.linalg.eigvals(system.stiffness)
         self.fastest = float(np.sqrt(np.abs(values).max()))
+        self._density: dict[tuple[int, bool], float] = {}  # intervals times rate, learnt on the way
 
     def stiffness_harmonics(
         self, orbits: Array, rates: Array, period_multiple: int
@@ -113,27 +114,20 @@ class FloquetSolver:
         size = self.size
         stiffness, damping = self.stiffness_harmonics(orbits, rates, period_multiple)
         half = support.symmetric
-        mean = np.abs(stiffness[:, 0]).sum(axis=2).max() ** 0.5
-        angle = (
-            (np.pi if half else 2 * np.pi)
-            / float(rates.min())
-            * max(min(mean, 2 * self.fastest), self.fastest)
-        )
-        harmonics = (orbits.shape[1] - 1) // 2
-        intervals = _round_up(
-            max(
-                angle / (3.0 if self.truncation > 1e-10 else 2.0),
-                (harmonics if half else 2 * harmonics) / 3.0,
-                4,
-            )
-        )
+        key = (period_multiple, half)
+        start = (np.pi if half else 2 * np.pi) * self.fastest / 2.5
+        density = self._density.get(key, start)
+        intervals = max(3, int(np.ceil(density / float(rates.min()))))
         per_orbit = intervals * TAYLOR_ORDER * 3 * size * size
         batch = max(1, BATCH_DOUBLES // per_orbit)
         result = np.empty((len(orbits), 2 * size, 2 * size))
-        for start in range(0, len(orbits), batch):
-            part = slice(start, start + batch)
+        for first in range(0, len(orbits), batch):
+            part = slice(first, first + batch)
             loss = None if damping is None else damping[part]
-            result[part] = self._propagate(stiffness[part], loss, rates[part], intervals, half)
+            result[part], intervals = self._propagate(
+                stiffness[part], loss, rates[part], intervals, half
+            )
+        self._density[key] = intervals * float(rates.min())
         if half:
             signs = np.tile(support.signs, 2)
             result *= signs[:, None]
@@ -141,12 +135,15 @@ class FloquetSolver:
 
     def _propagate(
         self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
-    ) -> Array:
+    ) -> tuple[Array, int]:
+        """Monodromy matrices and the number of intervals that would have been just enough."""
         while True:
             maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
-            if error < self.truncation or intervals > 4096:
-                return _product(maps)
-            intervals = _round_up(1.3 * intervals)
+            # the last terms fall with the order of the series
+            needed = intervals * (max(error, 1e-18) / self.truncation) ** (1.0 / TAYLOR_ORDER)
+            if needed <= intervals or intervals > 4096:
+                return _product(maps), max(3, int(np.ceil(1.05 * needed)))
+            intervals = int(np.ceil(1.05 * needed))
 
     def _interval_maps(
         self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
@@ -215,14 +212,6 @@ def sort_multipliers(values: Array) -> Array:
     """Largest modulus first, conjugates with the positive imaginary part first."""
     keys = np.lexsort((-values.imag, -np.round(np.abs(values), 10)), axis=-1)
     return np.take_along_axis(values, keys, axis=-1)
-
-
-def _round_up(value: float) -> int:
-    """The next of 4, 6, 8, 12, 16, 24, ...: few different tables, short product trees."""
-    count = 4
-    while count < value:
-        count = count * 3 // 2 if count & (count - 1) == 0 else count * 4 // 3
-    return count
 
 
 def _product(maps: Array) -> Array:

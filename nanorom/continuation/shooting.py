@@ -78,7 +78,7 @@ class TaylorStepper:
             if k:
                 factor = (omega * duration) ** k / float(_factorial(k))
                 drive = factor * np.cos(phase + k * np.pi / 2)
-            pairs = np.einsum("nij,nik->njk", q[:, : k + 1], q[:, k::-1]).reshape(n, -1)
+            pairs = np.matmul(q[:, : k + 1].transpose(0, 2, 1), q[:, k::-1]).reshape(n, -1)
             cubic = (pairs @ self.cubic).reshape(n, size, size)
             secant[:, k] = cubic
             if tangent is not None:
@@ -126,26 +126,27 @@ class TaylorStepper:
                 tangent[:, k] += 2 * mixed
 
     def _variation(self, tangent: Array, friction: Array | None, h: Array) -> Array:
+        """Maps (n, 2L, 2L) of the state over the step from the Taylor coefficients (n, k, L, L)."""
         n, count, size, _ = tangent.shape
-        y = np.empty((n, self.order + 1, size, 2 * size))
-        y[:, 0] = np.eye(size, 2 * size)
-        y[:, 1] = np.eye(size, 2 * size, size)
-        scale = h[:, :, None]
+        order, scale = self.order, h[:, :, None]
+        by_row = np.ascontiguousarray((tangent * scale[..., None] ** 2).transpose(0, 2, 1, 3))
+        # y[:, order - k] holds the coefficient of order k, so that a convolution is one product
+        y = np.empty((n, order + 1, size, 2 * size))
+        y[:, order] = np.eye(size, 2 * size)
+        y[:, order - 1] = np.eye(size, 2 * size, size)
+        flat = y.reshape(n, (order + 1) * size, 2 * size)
+        loss = scale * self.system.damping
         for k in range(count):
-            force = (
-                np.einsum("nirl,nilc->nrc", tangent[:, : k + 1], y[:, k::-1], optimize=True)
-                * scale**2
-            )
-            force += scale * (k + 1) * (self.system.damping @ y[:, k + 1])
+            rows = by_row[:, :, : k + 1].reshape(n, size, -1)
+            force = np.matmul(rows, flat[:, (order - k) * size :])
+            force += (k + 1) * np.matmul(loss, y[:, order - k - 1])
             if friction is not None:
-                speeds = y[:, k + 1 : 0 : -1] * np.arange(k + 1, 0, -1.0)[:, None, None]
-                force += scale * np.einsum(
-                    "nirl,nilc->nrc", friction[:, : k + 1], speeds, optimize=True
-                )
-            y[:, k + 2] = -force / ((k + 1) * (k + 2))
+                speeds = y[:, order - k - 1 : order] * np.arange(k + 1, 0, -1.0)[:, None, None]
+                force += scale * np.einsum("nirl,nilc->nrc", friction[:, : k + 1], speeds)
+            y[:, order - k - 2] = -force / ((k + 1) * (k + 2))
         maps = np.empty((n, 2 * size, 2 * size))
         maps[:, :size] = y.sum(axis=1)
-        maps[:, size:] = np.einsum("k,nkrc->nrc", np.arange(self.order + 1.0), y) / scale
+        maps[:, size:] = np.einsum("k,nkrc->nrc", np.arange(order, -1, -1.0), y) / scale
         maps[:, :, size:] *= scale
         return maps
 
