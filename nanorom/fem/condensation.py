@@ -30,9 +30,32 @@ def cubic_tensor(modes: Modes, in_plane: str = "free") -> np.ndarray:
 
     in_plane : ``"free"`` (condensed) or ``"fixed"``.
     """
-    plate, n_modes = modes.plate, len(modes.parities)
-    pairs = pairs_by_parity(modes.parities)
-    energy, loads = _pair_products(plate, modes.shapes, pairs)
+    return symmetrised(stretching_products(modes.plate, modes.shapes, modes.parities, in_plane))
+
+
+def stretching_tensors(
+    modes: Modes, in_plane: str = "free"
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Linear, quadratic and cubic stretching force of a film that is not flat. Collective.
+
+    (L, L), (L, L, L) and (L, L, L, L), fully symmetric.  The initial shape w0 is one deflection
+    more, of constant amplitude: E(w0 + w) - E(w0) is Marguerre's strain.
+    """
+    plate, n = modes.plate, len(modes.parities)
+    shapes = np.column_stack([modes.shapes, plate.shape.x.array])
+    products = stretching_products(plate, shapes, [*modes.parities, plate.mirrors.even], in_plane)
+    mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>
+    quadratic = 0.5 * (mixed + mixed.transpose(1, 0, 2) + mixed.transpose(2, 1, 0))
+    return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n])
+
+
+def stretching_products(
+    plate: Plate, shapes: np.ndarray, parities: list[Parity], in_plane: str
+) -> np.ndarray:
+    """G (L, L, L, L) of deflections (local dofs, L). Collective."""
+    n_modes = len(parities)
+    pairs = pairs_by_parity(parities)
+    energy, loads = _pair_products(plate, shapes, pairs)
     if in_plane == "free":
         stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
         for parity in pairs:
@@ -45,7 +68,7 @@ def cubic_tensor(modes: Modes, in_plane: str = "free") -> np.ndarray:
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
         _unpack(plate.mirrors.copies * energy[parity], members, products)
-    return symmetrised(products)
+    return products
 
 
 def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:

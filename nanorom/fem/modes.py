@@ -130,7 +130,7 @@ class _ClassSolver:
 
     def compute(self, count: int) -> None:
         """Compute the ``count`` lowest modes, or all there are. Collective."""
-        self.eigenvalues, self.vectors = _lowest(self._k, self._m, min(count, self.free.size))
+        self.eigenvalues, self.vectors = lowest(self._k, self._m, min(count, self.free.size))
 
 
 def _merged(
@@ -159,7 +159,7 @@ def _merged(
     return Modes(plate, values[:last], shapes, parities, stiffness, mass)
 
 
-def _lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarray]:
+def lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The ``count`` lowest eigenvalues and the owned rows of their vectors."""
     solver = SLEPc.EPS().create(k.comm)
     solver.setOptionsPrefix("nanorom_modes_")
@@ -183,7 +183,7 @@ def _lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndar
         negative = algebra.negative_pivots(transform.getKSP())
         if negative:
             raise SolverError(
-                f"the flat state is not stable: its stiffness has {negative} negative "
+                f"the film's state is not stable: its stiffness has {negative} negative "
                 "eigenvalues; the compression exceeds the buckling load, so raise the tension"
             )
         solver.solve()

@@ -6,10 +6,11 @@
 with the in-plane displacement u, the deflection w (PHYSICS of the paper's step I) and the initial
 shape w0 (Marguerre 1938).  About a state in equilibrium (u_s, w_s) the film is the same model with
 the shape w0 + w_s and the membrane force N0 + C:E(u_s, w_s), and the terms linear in (u, w)
-balance the load; in a flat film under constant tension between supports they vanish.  Kirchhoff bending on Lagrange
-elements is made consistent and coercive by C0 interior penalty (Engel et al. 2002,
-doi:10.1016/S0045-7825(02)00286-4) with the local penalty of Bringmann, Carstensen and Streitberger
-(2023, doi:10.1515/jnma-2022-0117), which leaves no constant to tune.
+balance the load; in a flat film under constant tension between supports they vanish.
+
+Kirchhoff bending on Lagrange elements is made consistent and coercive by C0 interior penalty
+(Engel et al. 2002, doi:10.1016/S0045-7825(02)00286-4) with the local penalty of Bringmann,
+Carstensen and Streitberger (2023, doi:10.1515/jnma-2022-0117), which leaves no constant to tune.
 
 Everything is non-dimensional: lengths in the scene's length, membrane stiffness in E h, tension
 and bending stiffness in the scene's scale of tension.
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import attrs
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -43,6 +45,26 @@ def membrane_strain(u: Any, w: Any, shape: Any = None) -> Any:
     return strain if shape is None else strain + ufl.sym(ufl.outer(ufl.grad(shape), slope))
 
 
+@attrs.frozen
+class Attraction:
+    """Electrostatic attraction to a plane gate at a distance above the flat film.
+
+    Parallel plates at height h per area: potential strength/2 / (gap - h), pressure its derivative;
+    strength is eps0 V^2.
+    """
+
+    gap: float
+    strength: float
+
+    def potential(self, height: Any) -> Any:
+        """Work done up to a height (UFL or number), but for a constant."""
+        return 0.5 * self.strength / (self.gap - height)
+
+    def stiffness(self, height: Any) -> Any:
+        """Second derivative of the potential; it softens the film."""
+        return self.strength / (self.gap - height) ** 3
+
+
 class Plate:
     """Function spaces and energies of a plate or membrane on a domain.
 
@@ -59,6 +81,7 @@ class Plate:
     ----------
     shape : initial deflection w0 (UFL or Function), None where the film is flat.
     prestress : membrane force (UFL tensor) in addition to the tension, None where there is none.
+    attraction : to a gate, None where there is none.
     """
 
     def __init__(
@@ -88,6 +111,7 @@ class Plate:
         self.membrane_stiffness = fem.Constant(mesh, 1.0)
         self.shape: Any = None
         self.prestress: Any = None
+        self.attraction: Attraction | None = None
 
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""
@@ -183,7 +207,12 @@ class Plate:
     def linear_energy(self, w: Any) -> Any:
         """Energy of tension and bending about an equilibrium, quadratic in w."""
         energy = self.tension_energy(w)
-        return energy + self.bending_energy(w) if self.bending else energy
+        if self.bending:
+            energy = energy + self.bending_energy(w)
+        if self.attraction is not None:
+            softening = self.attraction.stiffness(0.0 if self.shape is None else self.shape)
+            energy = energy - 0.5 * softening * w**2 * self.dx(self.stretching_degree)
+        return energy
 
     # -- their derivatives ----------------------------------------------------------------------
 

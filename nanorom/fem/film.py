@@ -1,0 +1,228 @@
+"""The film's displacement (u, w) as one field, its static loads, and its state under them.
+
+The unit of displacement is such that stretching and tension have the same unit (the plate's
+membrane stiffness stays 1), so a load is measured in tension x displacement / length^n.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import attrs
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+from nanorom.errors import SolverError
+from nanorom.fem import compat, quadrature
+from nanorom.fem.plate import Attraction, Plate
+from nanorom.fem.statics import StaticProblem
+
+OUTSIDE = 1e-9  # a point is in a cell if no barycentric coordinate is below minus that
+NEWTON_STEPS = 20
+
+
+class Film:
+    """A plate's in-plane displacement and deflection in one space of three components."""
+
+    def __init__(self, plate: Plate) -> None:
+        self.plate = plate
+        self.space = compat.lagrange_space(plate.domain.mesh, plate.degree, components=3)
+        self.state = fem.Function(self.space)
+        blocks = fem.locate_dofs_topological(self.space, 1, plate.supported)
+        self.fixed = (3 * blocks[:, None] + np.arange(3)).ravel()
+        # the three spaces number the same nodes, each in its own order
+        self._node = np.empty(len(self.state.x.array) // 3, dtype=np.int64)
+        self._node[compat.cell_dofs(self.space)] = compat.cell_dofs(plate.deflections)
+        self._in_plane_node = np.empty_like(self._node)
+        self._in_plane_node[compat.cell_dofs(self.space)] = compat.cell_dofs(plate.in_plane)
+
+    @property
+    def u(self) -> Any:
+        """In-plane displacement (UFL)."""
+        return ufl.as_vector([self.state[0], self.state[1]])
+
+    @property
+    def w(self) -> Any:
+        """Deflection (UFL)."""
+        return self.state[2]
+
+    def energy(self) -> Any:
+        """Energy of the displacement, pre-stress and initial shape included."""
+        u, w, plate = self.u, self.w, self.plate
+        return self.incremental_energy() + plate.preload_energy(u, w)
+
+    def incremental_energy(self) -> Any:
+        """The same about an equilibrium: without what is linear."""
+        return self.plate.stretching_energy(self.u, self.w) + self.plate.linear_energy(self.w)
+
+    def deflection(self) -> np.ndarray:
+        """(local dofs,) of the deflection of the current state, numbered as the plate does."""
+        w = np.empty(len(self._node))
+        w[self._node] = self.state.x.array.reshape(-1, 3)[:, 2]
+        return w
+
+    def in_plane(self) -> np.ndarray:
+        """(local dofs,) of the in-plane displacement of the current state, the same."""
+        u = np.empty((len(self._node), 2))
+        u[self._in_plane_node] = self.state.x.array.reshape(-1, 3)[:, :2]
+        return u.ravel()
+
+    def deflections_to_state(self, w: np.ndarray) -> np.ndarray:
+        """(local dofs,) of a state that has a nodal vector (local plate dofs,) as deflection."""
+        state = np.zeros((len(self._node), 3))
+        state[:, 2] = w[self._node]
+        return state.ravel()
+
+    def about(self, load: Load | None = None, magnitude: float = 0.0) -> Plate:
+        """The plate about the current state, which is in equilibrium under a load. Collective."""
+        plate = self.plate
+        u, w = fem.Function(plate.in_plane), fem.Function(plate.deflections)
+        u.x.array[:], w.x.array[:] = self.in_plane(), self.deflection()
+        about = copy.copy(plate)
+        force = plate.stretching_force(u, w)
+        about.prestress = force if plate.prestress is None else plate.prestress + force
+        about.shape = fem.Function(plate.deflections)
+        about.shape.x.array[:] = w.x.array
+        if plate.shape is not None:
+            about.shape.x.array[:] += plate.shape.x.array
+        if load is not None and load.gap < np.inf:
+            about.attraction = Attraction(load.gap, magnitude)
+        return about
+
+
+# -- loads ----------------------------------------------------------------------------------------
+
+
+@attrs.frozen(eq=False)
+class Load:
+    """A static load per unit magnitude.
+
+    form : linear form, or None; nodal : (local dofs of the film,) or None; gap : height of the
+    gate that attracts the film and that no part of it may reach.
+    """
+
+    form: Any = None
+    nodal: np.ndarray | None = None
+    gap: float = np.inf
+
+
+def pressure(film: Film) -> Load:
+    """Uniform dead pressure towards positive w."""
+    test = ufl.TestFunction(film.space)
+    return Load(form=test[2] * film.plate.dx(film.plate.degree))
+
+
+def gate(film: Film, gap: float) -> Load:
+    """Parallel-plate electrostatic pressure 1/2 / (gap - w)^2 of magnitude eps0 V^2.
+
+    The gate lies at ``gap`` above the film's plane, edge effects are neglected.
+    """
+    w = ufl.variable(film.w)
+    height = w if film.plate.shape is None else w + film.plate.shape
+    attraction = ufl.diff(Attraction(gap, 1.0).potential(height), w)
+    form = attraction * ufl.TestFunction(film.space)[2] * film.plate.dx(
+        film.plate.stretching_degree
+    )
+    return Load(form=form, gap=gap)
+
+
+def patch(film: Film, centre: np.ndarray, radius: float) -> Load:
+    """Unit force spread evenly over a disc; a point force if its radius is 0. Collective.
+
+    The disc is integrated on its own polar Gauss points, wherever the cells lie.
+    """
+    points, weights = np.zeros((1, 2)), np.ones(1)
+    if radius > 0:
+        n = 4 * film.plate.degree
+        s, radial = np.polynomial.legendre.leggauss(n)
+        r, radial = radius * (s + 1) / 2, radial * (s + 1) / 2
+        angle = 2 * np.pi * np.arange(2 * n) / (2 * n)
+        points = np.stack([np.outer(r, np.cos(angle)), np.outer(r, np.sin(angle))], axis=2)
+        points = points.reshape(-1, 2)
+        weights = np.repeat(radial / radial.sum(), 2 * n) / (2 * n)
+    nodal = functional(film.plate, np.asarray(centre) + points, weights)
+    return Load(nodal=film.deflections_to_state(nodal))
+
+
+def problem(film: Film, load: Load | None) -> StaticProblem:
+    """Static problem of the film under a load (None: relaxation of its pre-stress)."""
+    load = load or Load()
+    return StaticProblem(film.state, film.energy(), load.form, load.nodal, film.fixed)
+
+
+def admissible(film: Film, load: Load) -> bool:
+    """No node of the film is beyond the gate. Collective."""
+    height = film.deflection()
+    if film.plate.shape is not None:
+        height = height + film.plate.shape.x.array
+    highest = film.plate.domain.comm.allreduce(float(height.max(initial=-np.inf)), op=MPI.MAX)
+    return highest < load.gap
+
+
+# -- values at points -----------------------------------------------------------------------------
+
+
+def functional(plate: Plate, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Vector (local dofs,) of w -> sum_i weights_i w(points_i), in the plate's deflections.
+
+    points : (n, 2).  The entries are those assembled on all ranks.  Raises SolverError if a point
+    lies outside the film. Collective.
+    """
+    comm = plate.domain.comm
+    cell, reference = locate(plate, points)
+    rank = comm.allgather(cell >= 0)
+    if not np.any(rank, axis=0).all():
+        outside = points[~np.any(rank, axis=0)][0]
+        raise SolverError(f"the point ({outside[0]:g}, {outside[1]:g}) lies outside the film")
+    mine = np.argmax(rank, axis=0) == comm.rank
+    function = fem.Function(plate.deflections)
+    if mine.any():
+        basis = compat.reference_element(plate.degree).tabulate(0, reference[mine])
+        basis = np.asarray(basis).reshape(mine.sum(), -1)
+        dofs = compat.cell_dofs(plate.deflections)[cell[mine]]
+        np.add.at(function.x.array, dofs, basis * weights[mine, None])
+    compat.scatter_reverse_add(function)
+    function.x.scatter_forward()
+    return function.x.array.copy()
+
+
+def evaluate(plate: Plate, w: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Values (n,) of a deflection (local dofs,) at points (n, 2). Collective."""
+    n_owned = plate.deflections.dofmap.index_map.size_local
+    values = [functional(plate, p[None], np.ones(1))[:n_owned] @ w[:n_owned] for p in points]
+    return plate.domain.comm.allreduce(np.array(values))
+
+
+def locate(plate: Plate, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Owned cell (n,), -1 where there is none, and reference point (n, 2) of points (n, 2)."""
+    mesh = plate.domain.mesh
+    n_cells = quadrature.owned_cells(plate)
+    nodes = mesh.geometry.x[compat.cell_nodes(mesh)[:n_cells], :2]
+    found = np.full(len(points), -1)
+    at = np.zeros((len(points), 2))
+    low, high = nodes.min(axis=1), nodes.max(axis=1)
+    margin = 0.05 * (high - low).max(axis=1, keepdims=True)
+    for i, point in enumerate(points):
+        near = np.all((point > low - margin) & (point < high + margin), axis=1)
+        for cell in np.flatnonzero(near):
+            reference = _pull_back(plate, cell, point)
+            inside = min(reference.min(), 1 - reference.sum())
+            if inside > -OUTSIDE:
+                found[i], at[i] = cell, reference
+                break
+    return found, at
+
+
+def _pull_back(plate: Plate, cell: int, point: np.ndarray) -> np.ndarray:
+    """Reference point of a point near a cell, by Newton's method on the cell's map."""
+    reference = np.full(2, 1 / 3)
+    for _ in range(NEWTON_STEPS):
+        x, jacobian = quadrature.map_cells(plate, np.array([cell]), reference[None])
+        step = np.linalg.solve(jacobian[0, 0], point - x[0, 0])
+        reference = np.clip(reference + step, -2.0, 3.0)
+        if np.abs(step).max() < 1e-14:
+            break
+    return reference
