@@ -14,11 +14,13 @@ import stat
 import tempfile
 from itertools import combinations_with_replacement, permutations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from nanorom.continuation.system import Array, ModalSystem, symmetrise_cubic, symmetrise_quadratic
 from nanorom.errors import FileError
+from nanorom.files import atomic_path
 
 FORMATS = ("auto", "matlab", "csv")
 
@@ -73,9 +75,11 @@ def monomials(tensor: Array) -> list[tuple[tuple[int, ...], Array]]:
     size, order = tensor.shape[0], tensor.ndim - 1
     result = []
     for indices in combinations_with_replacement(range(size), order):
-        total = sum(tensor[(slice(None), *each)] for each in set(permutations(indices)))
+        total = np.zeros(size)
+        for each in set(permutations(indices)):
+            total += tensor[(slice(None), *each)]
         if np.any(total):
-            result.append((indices, np.asarray(total)))
+            result.append((indices, total))
     return result
 
 
@@ -88,7 +92,7 @@ def _all_monomials(system: ModalSystem) -> list[tuple[tuple[int, ...], Array]]:
 
 def _write_csv(system: ModalSystem, path: Path) -> None:
     """One monomial of one equation per row: mode, exponents of q_1 ... q_L, coefficient."""
-    with _atomic(path, "w") as handle:
+    with atomic_path(path) as temporary, open(temporary, "w", newline="") as handle:
         writer = csv.writer(handle)
         writer.writerow(["mode"] + [f"q{j + 1}" for j in range(system.size)] + ["coefficient"])
         for indices, coefficients in _all_monomials(system):
@@ -112,32 +116,11 @@ def _write_matlab(system: ModalSystem, path: Path) -> None:
         "direct": system.direct,
         "parametric": system.parametric,
         "cubic_damping": system.cubic_damping,
-        "description": "M q'' + C q' + K q + coefficients.' * prod(q.' .^ exponents, 2) = (direct + parametric q) cos(w t)",
+        "description": "M q'' + C q' + K q + coefficients.' * prod(q.' .^ exponents, 2)"
+        " = (direct + parametric q) cos(w t)",
     }
-    with _atomic(path, "wb") as handle:
-        savemat(handle, contents, oned_as="column")
-
-
-class _atomic:
-    """A file under a temporary name in the same directory, renamed when it is complete."""
-
-    def __init__(self, path: Path, mode: str) -> None:
-        self.path, self.mode = path, mode
-
-    def __enter__(self):  # type: ignore[no-untyped-def]
-        number, self.name = tempfile.mkstemp(dir=self.path.parent, prefix=f".{self.path.name}.")
-        self.handle = os.fdopen(
-            number, self.mode, **({"newline": ""} if "b" not in self.mode else {})
-        )
-        return self.handle
-
-    def __exit__(self, kind, value, trace) -> None:  # type: ignore[no-untyped-def]
-        self.handle.close()
-        if kind is None:
-            os.chmod(self.name, 0o644)
-            os.replace(self.name, self.path)
-        else:
-            os.unlink(self.name)
+    with atomic_path(path) as temporary:
+        savemat(temporary, contents, oned_as="column", appendmat=False)
 
 
 # AUTO-07p
@@ -155,6 +138,7 @@ def _write_auto(
     low, high = (
         (0.8, 1.5) if omega is None else (omega[0] / scaled.frequency, omega[1] / scaled.frequency)
     )
+    rows: list[tuple[Any, ...]]
     rows = [(1, *indices, values) for indices, values in _matrix_rows(-scaled.stiffness)]
     rows += [(2, *indices, values) for indices, values in _matrix_rows(-scaled.damping)]
     rows += [(3, *indices, values) for indices, values in _matrix_rows(scaled.parametric)]
@@ -198,10 +182,13 @@ def _matrix_rows(matrix: Array) -> list[tuple[tuple[int, int, int, int], float]]
 
 
 _FORTRAN = """\
-! Modal equations q'' = f(q, q', t), non-dimensional: time in 1/({frequency:.17e} rad/s), q in {amplitude:.17e}.
-! par(1) = drive frequency, par(2) = factor on all drives (1 = the levels exported), par(11) = period.
+! Modal equations q'' = f(q, q', t), non-dimensional:
+! time in 1/({frequency:.17e} rad/s), q in {amplitude:.17e}.
+! par(1) = drive frequency, par(2) = factor on all drives (1 = the levels exported),
+! par(11) = period.
 ! u = (q, q', s, c); the last two are an oscillator that supplies c = cos(par(1) t).
-! modal.coef: kind r j k l value; kind 1 -K, 2 -C, 3 P, 4 J, 5 -A, 6 -B (full symmetric tensors), 7 -D.
+! modal.coef: kind r j k l value;
+! kind 1 -K, 2 -C, 3 P, 4 J, 5 -A, 6 -B (full symmetric tensors), 7 -D.
 module modal
   implicit none
   integer, parameter :: n = {size}

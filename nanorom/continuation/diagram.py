@@ -5,6 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from .orbit import PeriodicOrbit
 from .system import Array
 
 
@@ -26,6 +27,11 @@ class SpecialPoint:
     period_multiple: int
     coefficients: Array = attrs.field(repr=False)
 
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The periodic orbit at the bifurcation."""
+        return PeriodicOrbit(self.coefficients, self.omega, self.period_multiple)
+
 
 @attrs.define(eq=False)
 class Branch:
@@ -34,7 +40,8 @@ class Branch:
     omega (n,); amplitude (n, L) = max |q_r| over a period; stable (n,); multipliers (n, 2L),
     largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
     omega t / period_multiple, ordered 1, cos, sin, cos 2, ...; parent: index of the branch it
-    bifurcates from, or None; origin: index of the special point it starts at, or None.
+    bifurcates from, or None; origin: index of the special point it starts at, or None; ending: why
+    it stops ("range", "bifurcation", "closed", "steps", "lost").
     """
 
     omega: Array
@@ -45,6 +52,13 @@ class Branch:
     parent: int | None
     origin: int | None
     coefficients: list[Array] = attrs.field(repr=False)
+    ending: str = ""
+
+    def orbit(self, index: int) -> PeriodicOrbit:
+        """The periodic orbit of one point of the branch."""
+        return PeriodicOrbit(
+            self.coefficients[index], float(self.omega[index]), self.period_multiple
+        )
 
     def __len__(self) -> int:
         return len(self.omega)
@@ -72,6 +86,7 @@ class Diagram:
         for point in self.special_points:
             amplitude = np.array2string(point.amplitude, precision=4, max_line_width=60)
             lines.append(
-                f"{point.type}  omega = {point.omega:.10g}  branch {point.branch}  amplitude {amplitude}"
+                f"{point.type}  omega = {point.omega:.10g}  branch {point.branch}  "
+                f"amplitude {amplitude}"
             )
         return "\n".join(lines)

@@ -15,7 +15,7 @@ from .path import Path, Place, orbit_amplitudes, orbit_state
 from .polish import Polished, polish
 from .series import Series
 from .shooting import Shooting
-from .special import Detected, Detector
+from .special import Detector
 from .switching import Bifurcation, first_orbit
 from .system import Array, ModalSystem, ScaledSystem
 from .trace import Orbit, Settings, Tracer
@@ -76,7 +76,7 @@ def explore(
     ContinuationError
         for an invalid range or level, or if no orbit is found at the start of the range.
     """
-    low, high = _check_range(omega)
+    low, high = check_range(omega)
     settings = Settings(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
@@ -85,7 +85,8 @@ def explore(
     ).run()
 
 
-def _check_range(omega: tuple[float, float]) -> tuple[float, float]:
+def check_range(omega: tuple[float, float]) -> tuple[float, float]:
+    """The range as two floats; raises ContinuationError unless positive, finite and rising."""
     try:
         low, high = (float(value) for value in omega)
     except (TypeError, ValueError):
@@ -160,8 +161,9 @@ class _Explorer:
             steps.append(series)
             if end is not None:
                 self._mark_end(bifurcation, bifurcation.tracer.orbit(series, end))
+                bifurcation.tracer.ending = "bifurcation"
                 break
-        self._register(bifurcation.tracer, steps, node, node.generation + 1)
+        self._register(bifurcation.tracer, steps, node, node.generation + 1, bifurcation)
 
     def _mark_end(self, bifurcation: Bifurcation, end: Orbit) -> None:
         """The point at which a branch ends needs no branch of its own."""
@@ -175,16 +177,18 @@ class _Explorer:
             node.switched = True
 
     def _register(
-        self, tracer: Tracer, steps: list[Series], origin: _Node | None, generation: int
+        self,
+        tracer: Tracer,
+        steps: list[Series],
+        origin: _Node | None,
+        generation: int,
+        bifurcation: Bifurcation | None = None,
     ) -> None:
+        """Find the special points of a traced branch and add both to the diagram."""
         path = Path(tracer, self.floquet, steps)
         detector = Detector(path)
         index = len(self.branches)
-        found = [
-            polish(path, d, self.precise, self.shooting)
-            for d in detector.find()
-            if not self._is_end(path, d, origin)
-        ]
+        found = [polish(path, d, self.precise, self.shooting) for d in detector.find()]
         parent = None if origin is None else origin.point.branch
         start = None if origin is None else self.points.index(origin.point)
         self.branches.append(
@@ -193,22 +197,13 @@ class _Explorer:
         for polished in found:
             if polished is None:
                 continue
+            if bifurcation and polished.type in ("LP", "BP"):
+                if bifurcation.is_end(polished.orbit, steps):
+                    continue
             point = self._special_point(polished, index)
             self.points.append(point)
             if point.type in ("PD", "BP"):
                 self.waiting.append(_Node(point, polished.orbit, path, generation))
-
-    def _is_end(self, path: Path, detected: Detected, origin: _Node | None) -> bool:
-        """The ends of a bifurcated branch show as folds of zero extent: they are not special points
-        of it.
-        """
-        if origin is None:
-            return False
-        position = path.position(detected.place)
-        margin = 1e-3
-        first = margin * (path.steps[0].length - path.steps[0].start)
-        last = margin * (path.steps[-1].length - path.steps[-1].start)
-        return position < first or position > path.offsets[-1] - last
 
     def _multipliers(self, path: Path, eigenvalues: Array) -> Array:
         return sort_multipliers(eigenvalues**2 if path.symmetric else eigenvalues)
@@ -240,6 +235,7 @@ class _Explorer:
             parent=parent,
             origin=origin,
             coefficients=[orbit.coefficients * unit for orbit in orbits],
+            ending=path.tracer.ending,
         )
 
     def _special_point(self, polished: Polished, index: int) -> SpecialPoint:

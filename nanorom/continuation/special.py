@@ -94,13 +94,13 @@ class Detector:
     def _insert(self, places: list[Place]) -> bool:
         """Evaluate new places, unless they are there already."""
         positions = np.array([self.path.position(place) for place in places])
-        fresh = []
+        fresh: list[int] = []
         for i in np.argsort(positions, kind="stable"):
             known = np.append(self.positions, positions[fresh])
             if np.abs(known - positions[i]).min(initial=np.inf) > 1e-6 * self.path.offsets[
                 -1
             ] / len(self.path.steps):
-                fresh.append(i)
+                fresh.append(int(i))
         if not fresh:
             return False
         everything = self.places + [places[i] for i in fresh]

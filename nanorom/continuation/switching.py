@@ -34,8 +34,8 @@ def first_orbit(tracer: Tracer, omega: float) -> Orbit:
             step /= 2
             if step < 1e-3:
                 raise ContinuationError(
-                    f"no periodic orbit found at the start of the range (omega = {omega:.6g} of the lowest natural "
-                    "frequency); start the range farther from a resonance"
+                    "no periodic orbit found at the start of the range "
+                    f"(omega = {omega:.6g} of the lowest natural frequency); start the range farther from a resonance"
                 ) from None
     return orbit
 
@@ -53,6 +53,9 @@ def _at_level(tracer: Tracer, level: float) -> Tracer:
         parametric=level * tracer.system.parametric,
     )
     return Tracer(system, tracer.support, tracer.period_multiple, tracer.settings)
+
+
+END_EXTENT = 3e-3  # of the largest deviation from the parent's support
 
 
 class Bifurcation:
@@ -149,6 +152,17 @@ class Bifurcation:
             if np.linalg.norm(part) < 1e-3 * np.linalg.norm(outside[0]):
                 return root
         return None
+
+    def is_end(self, orbit: Orbit, steps: list[Series]) -> bool:
+        """Whether an orbit of the branch is one of its ends.
+
+        There the branch is symmetric about the parent's support, which shows as a fold or a branch
+        point that it does not have.
+        """
+        harmonics = (len(orbit.coefficients) - 1) // 2
+        part = np.abs(orbit.coefficients[~self.inherited.rows_mask(harmonics)]).max(initial=0.0)
+        extent = max(float(np.abs(self.outside(step)[0]).max()) for step in steps)
+        return bool(part < END_EXTENT * extent)
 
 
 def real_roots_low(coefficients: Array, length: float) -> float | None:

@@ -114,13 +114,11 @@ class ModalSystem:
         if stiffness is None:
             raise ContinuationError("stiffness: missing; give K as an (L, L) array")
         if damping is None:
-            raise ContinuationError(
-                "damping: missing; a driven undamped mode has no steady state, give C as an (L, L) array"
-            )
+            raise ContinuationError("damping: missing; give C as an (L, L) array")
         size = self._size(stiffness, direct, cubic, quadratic)
         shape2, shape3, shape4 = (size,) * 2, (size,) * 3, (size,) * 4
         zero = np.zeros
-        self.__attrs_init__(
+        self.__attrs_init__(  # type: ignore[attr-defined]
             mass=_matrix(1.0 if mass is None else mass, size, "mass"),
             damping=_matrix(damping, size, "damping"),
             stiffness=_matrix(stiffness, size, "stiffness"),
@@ -151,12 +149,14 @@ class ModalSystem:
         squares = self.natural_frequencies_squared()
         if squares.min() <= 0:
             raise ContinuationError(
-                "stiffness: a natural frequency is zero, imaginary or complex; expand about a stable equilibrium"
+                "stiffness: a natural frequency is zero, imaginary or complex; "
+                "expand about a stable equilibrium"
             )
         losses = np.linalg.solve(self.mass, self.damping)
         if np.diag(losses).min() <= 0 or np.linalg.eigvals(losses).real.min() <= 0:
             raise ContinuationError(
-                "damping: zero or negative for at least one mode; a steady response needs every mode damped"
+                "damping: zero or negative for at least one mode; "
+                "a steady response needs every mode damped"
             )
 
     def natural_frequencies_squared(self) -> Array:

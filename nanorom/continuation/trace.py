@@ -166,9 +166,10 @@ class Tracer:
             series = Series(balance, packed, rates, length)
             length, inside = _leave(series, rate_range)
             series.length = length
-            yield series
             if not inside:
                 self.ending = "range"
+            yield series
+            if not inside:
                 return
             x, rate = series.at(series.length)
             border = series.tangent(series.length)
