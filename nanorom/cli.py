@@ -6,12 +6,15 @@ import argparse
 import logging
 import os
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from nanorom.errors import FileError, NanoromError
+
+PATIENCE = 10.0  # seconds that a failed rank waits for the others to fail, too
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,9 +46,26 @@ def _fail(options: argparse.Namespace, message: str, status: int = 1) -> int:
         raise
     from nanorom.workflow import mpi_rank
 
-    if mpi_rank() == 0:
-        print(f"nanorom: error: {' '.join(message.split())}", file=sys.stderr)
+    together = _others_failed_too()
+    if mpi_rank() == 0 or not together:
+        print(f"nanorom: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
+    if not together:
+        sys.modules["mpi4py.MPI"].COMM_WORLD.Abort(status)
     return status
+
+
+def _others_failed_too() -> bool:
+    """Whether every rank got here; if not, the others would wait for this one for ever."""
+    mpi: Any = sys.modules.get("mpi4py.MPI")  # loaded by the finite-element half, if at all
+    if mpi is None or mpi.COMM_WORLD.size == 1:
+        return True
+    met = mpi.COMM_WORLD.Ibarrier()
+    deadline = time.monotonic() + PATIENCE
+    while not met.Test():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.01)
+    return True
 
 
 def _parser() -> argparse.ArgumentParser:

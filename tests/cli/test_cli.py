@@ -1,0 +1,336 @@
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from nanorom.cli import main
+from nanorom.response import Response
+from nanorom.rom import ReducedModel
+
+# Clamped plate with T_x != T_y of Keskekler et al. with E = 410 GPa, in Hz: spectral solution that
+# is independent of finite elements, all digits converged.
+DRUM_FREQUENCIES = [21.15119357e6, 35.43957465e6, 36.72212759e6]
+FREQUENCY_TOLERANCE = 1e-6  # the scene's default accuracy
+
+LONGEST = 120  # seconds; ranks that wait for each other for ever must not stop the suite
+
+SWEEP = """
+[damping]
+quality_factor = 50
+[drive]
+direct = ["1 mPa", "2 mPa"]
+[sweep]
+from = "0.98 f1"
+to = "1.02 f1"
+"""
+
+HEAVY = ("numpy", "scipy", "matplotlib", "pint", "h5py", "attrs", "tqdm", "dolfinx", "mpi4py")
+FINITE_ELEMENTS = ("dolfinx", "petsc4py", "slepc4py", "mpi4py", "ufl", "basix", "ffcx", "gmsh")
+
+
+@pytest.fixture
+def scene(tmp_path, drum_toml):
+    path = tmp_path / "drum.toml"
+    path.write_text(drum_toml)
+    return path
+
+
+@pytest.fixture
+def rom(tmp_path, make_model):
+    """A model of two modes that do not interact, so that its response is quick."""
+    path = tmp_path / "rom.h5"
+    cubic = np.zeros((2, 2, 2, 2))
+    cubic[0, 0, 0, 0] = 1e16
+    make_model(2, quadratic=np.zeros((2, 2, 2)), cubic=cubic).save(path)
+    return path
+
+
+@pytest.fixture
+def sweep(tmp_path):
+    path = tmp_path / "sweep.toml"
+    path.write_text(SWEEP)
+    return path
+
+
+def python(*arguments, **options):
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)], capture_output=True, text=True, **options
+    )
+
+
+def names(directory):
+    return sorted(path.name for path in directory.iterdir())
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory, drum_toml):
+    """What `nanorom run` leaves of the drum, run as a user would."""
+    directory = tmp_path_factory.mktemp("drum")
+    (directory / "drum.toml").write_text(drum_toml)
+    done = python("-m", "nanorom", "run", "drum.toml", "-o", "out/drum", cwd=directory)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return directory / "out" / "drum"
+
+
+def test_run_leaves_model_response_pictures_and_summary(results):
+    assert names(results) == [
+        "amplitudes.png",
+        "modes.png",
+        "response.h5",
+        "response.png",
+        "rom.h5",
+        "summary.json",
+    ]
+
+
+def test_run_finds_the_exact_frequencies_of_the_drum(results):
+    model = ReducedModel.load(results / "rom.h5")
+    assert np.allclose(model.frequency, DRUM_FREQUENCIES, rtol=FREQUENCY_TOLERANCE, atol=0)
+    assert model.label == ("f01", "f11s", "f11c")
+
+
+def test_run_follows_every_level_and_finds_the_duffing_folds(results):
+    response = Response.load(results / "response.h5")
+    assert len(response.diagrams) == 2
+    for diagram in response.diagrams:
+        folds = [point for point in diagram.special_points if point.type == "LP"]
+        assert len(folds) == 2
+        assert all(point.omega > 2 * np.pi * response.frequency[0] for point in folds)
+
+
+def test_summary_agrees_with_the_files(results):
+    summary = json.loads((results / "summary.json").read_text())
+    model = ReducedModel.load(results / "rom.h5")
+    response = Response.load(results / "response.h5")
+    assert [mode["frequency_Hz"] for mode in summary["modes"]] == model.frequency.tolist()
+    assert [mode["cubic_N_per_m3"] for mode in summary["modes"]] == [
+        model.cubic[r, r, r, r] for r in range(3)
+    ]
+    found = [
+        [point["frequency_Hz"] for point in level["special_points"]]
+        for level in summary["response"]
+    ]
+    assert found == [
+        [point.omega / (2 * np.pi) for point in diagram.special_points]
+        for diagram in response.diagrams
+    ]
+    assert summary["response"][1]["direct"] == {"level": 20.0, "unit": "Pa"}
+
+
+def test_scene_in_the_model_reads_back_as_the_scene(results, drum_toml):
+    from nanorom.scene import Scene
+
+    assert Scene.from_toml(ReducedModel.load(results / "rom.h5").scene) == Scene.from_toml(
+        drum_toml
+    )
+
+
+def test_overrides_reach_the_reduction(tmp_path, scene):
+    output = tmp_path / "rom.h5"
+    arguments = ["reduce", str(scene), "-o", str(output), "--modes", "1,3", "--in-plane", "fixed"]
+    assert main([*arguments, "--method", "step", "--degree", "4", "--mesh-size", "1 um"]) == 0
+    model = ReducedModel.load(output)
+    assert model.number.tolist() == [1, 3]
+    assert (model.method, model.in_plane) == ("step", "fixed")
+    assert model.diagnostics["degree"] == 4
+
+
+@pytest.mark.mpi
+@pytest.mark.skipif(shutil.which("mpirun") is None, reason="needs mpirun")
+def test_two_ranks_write_the_model_of_one(tmp_path, scene, results):
+    output = tmp_path / "two.h5"
+    launch = ["mpirun", "--oversubscribe", "-n", "2"]
+    allow = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    done = subprocess.run(
+        [*launch, sys.executable, "-m", "nanorom", "reduce", str(scene), "-o", str(output)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **allow, "OMPI_MCA_btl": "^tcp"},
+        timeout=LONGEST,
+    )
+    assert done.returncode == 0, done.stderr
+    one, two = ReducedModel.load(results / "rom.h5"), ReducedModel.load(output)
+    assert np.allclose(two.frequency, one.frequency, rtol=1e-10, atol=0)
+    assert np.abs(two.cubic - one.cubic).max() <= 1e-10 * np.abs(one.cubic).max()
+
+
+def test_info_prints_the_modes_with_units(rom, capsys):
+    assert main(["info", str(rom)]) == 0
+    text = capsys.readouterr().out
+    model = ReducedModel.load(rom)
+    assert re.search(r"frequency +mass +stiffness +Q", text)
+    assert re.search(r"Hz +kg +N/m +1 +N/m\^2 +N/m\^3", text)
+    for r in range(2):
+        frequency = re.escape(f"{model.frequency[r]:.9e}")
+        assert re.search(rf"{model.label[r]} +{frequency}", text)
+    assert "180" in text  # the quality factor
+
+
+def test_respond_uses_the_damping_of_the_sweep_file(tmp_path, rom, sweep):
+    output = tmp_path / "response.h5"
+    assert main(["respond", str(rom), str(sweep), "-o", str(output)]) == 0
+    response, model = Response.load(output), ReducedModel.load(rom)
+    # so weakly driven the response is linear: |q_1| = J p Q / k at resonance
+    for diagram, level in zip(response.diagrams, (1e-3, 2e-3)):
+        peak = diagram.branches[0].amplitude[:, 0].max()
+        linear = abs(model.drive["pressure"][0]) * level * 50 / model.stiffness[0, 0]
+        assert peak == pytest.approx(linear, rel=1e-2)
+
+
+def test_plot_draws_a_model_and_a_response_beside_the_file(tmp_path, rom, sweep, capsys):
+    response = tmp_path / "response.h5"
+    assert main(["respond", str(rom), str(sweep), "-o", str(response)]) == 0
+    assert main(["plot", str(rom)]) == 0
+    assert main(["plot", str(response), "-o", str(tmp_path / "new" / "pictures")]) == 0
+    assert main(["info", str(response)]) == 0
+    assert "level 2  0.002 Pa direct" in capsys.readouterr().out
+    assert (tmp_path / "modes.png").exists()
+    assert names(tmp_path / "new" / "pictures") == ["amplitudes.png", "response.png"]
+
+
+def test_second_half_works_where_the_finite_element_libraries_are_absent(tmp_path, rom, sweep):
+    script = (
+        "import sys\n"
+        f"for name in {FINITE_ELEMENTS}: sys.modules[name] = None\n"
+        "from nanorom.cli import main\n"
+        f"sys.exit(main(['respond', {str(rom)!r}, {str(sweep)!r}, '-o', 'response.h5'])\n"
+        "    or main(['plot', 'response.h5']) or main(['plot', 'rom.h5'])\n"
+        "    or main(['info', 'response.h5']))\n"
+    )
+    done = python("-c", script, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_reducing_without_dolfinx_names_the_remedy(tmp_path, scene):
+    script = (
+        "import sys\n"
+        f"for name in {FINITE_ELEMENTS}: sys.modules[name] = None\n"
+        "from nanorom.cli import main\n"
+        f"sys.exit(main(['reduce', {str(scene)!r}, '-o', 'rom.h5']))\n"
+    )
+    done = python("-c", script, cwd=tmp_path)
+    assert done.returncode == 1
+    assert re.match(
+        r"nanorom: error: reducing a scene needs DOLFINx.*container image\n$", done.stderr
+    )
+
+
+@pytest.mark.parametrize("module", ["nanorom", "nanorom.cli"])
+def test_importing_the_package_and_its_command_line_is_cheap(module):
+    done = python("-c", f"import sys, {module}; print(*sys.modules)")
+    assert done.returncode == 0, done.stderr
+    assert not set(HEAVY) & set(done.stdout.split())
+
+
+def test_public_names_are_what_they_say():
+    import nanorom
+    import nanorom.plots
+
+    assert set(nanorom.__all__) <= set(dir(nanorom))
+    for name in nanorom.__all__:
+        assert callable(getattr(nanorom, name)), name
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = nanorom.nothing
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("run none.toml -o out", "none.toml: no such file"),
+        ("run bad.toml -o out", "bad.toml: plate.thickness: found '-10 nm'"),
+        ("run drum.toml -o drum.toml", "drum.toml: .* is not a directory"),
+        ("run drum.toml -o drum.toml/out", "is not a directory"),
+        ("reduce drum.toml -o none/rom.h5", "none/rom.h5: there is no directory 'none'"),
+        ("reduce drum.toml -o /dev/null", "/dev/null: is not a regular file"),
+        ("reduce drum.toml -o .", "is a directory"),
+        ("reduce drum.toml -o new.h5 --method fast", "reduction.method: found 'fast'"),
+        ("reduce drum.toml -o new.h5 --modes 1,1", "modes.select: mode 1 appears twice"),
+        ("reduce drum.toml -o new.h5 --modes few", "--modes: found 'few'"),
+        ("reduce drum.toml -o new.h5 --tolerance tight", "accuracy.tolerance: found 'tight'"),
+        ("reduce drum.toml -o new.h5 --degree 4", "accuracy.mesh_size: missing"),
+        ("reduce drum.toml -o new.h5 --degree 4 --mesh-size 1kg", "accuracy.mesh_size: found"),
+        ("reduce drum.toml -o new.h5 --in-plane no", "reduction.in_plane: found 'no'"),
+        ("info none.h5", "none.h5: no such file"),
+        ("info drum.toml", "drum.toml: not an HDF5 file"),
+        ("info other.h5", "other.h5: an HDF5 file of format 'other'"),
+        ("plot drum.toml", "drum.toml: not an HDF5 file"),
+        ("plot rom.h5 -o drum.toml", "is not a directory"),
+        ("respond rom.h5 drum.toml -o new.h5", "drum.toml: geometry: unknown section"),
+        ("respond rom.h5 none.toml -o new.h5", "none.toml: no such file"),
+        ("respond drum.toml sweep.toml -o new.h5", "drum.toml: not an HDF5 file"),
+        ("respond rom.h5 sweep.toml -o none/new.h5", "there is no directory 'none'"),
+        ("respond rom.h5 many.toml -o new.h5", "damping.quality_factor: found 3 values"),
+    ],
+)
+def test_bad_input_is_one_line_before_any_work(
+    tmp_path, monkeypatch, capsys, drum_toml, scene, rom, sweep, arguments, message
+):
+    def too_late(*_):
+        raise AssertionError("the reduction has started")
+
+    monkeypatch.setattr("nanorom.workflow.reduce", too_late)
+    monkeypatch.setattr("nanorom.response.explore", too_late)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.toml").write_text(drum_toml.replace("10 nm", "-10 nm"))
+    (tmp_path / "many.toml").write_text(SWEEP.replace("= 50", "= [1, 2, 3]"))
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file.attrs["format"] = "other"
+    before = names(tmp_path)
+    assert main(arguments.split()) == 1
+    error = capsys.readouterr().err
+    assert re.match(rf"nanorom: error: .*{message}.*\n$", error)
+    assert error.count("\n") == 1
+    assert names(tmp_path) == before
+
+
+def test_more_modes_than_the_mesh_can_give_is_one_line_and_no_file(tmp_path, scene, capsys):
+    output = tmp_path / "rom.h5"
+    arguments = ["reduce", str(scene), "-o", str(output), "--modes", "90"]
+    assert main([*arguments, "--degree", "2", "--mesh-size", "2 um"]) == 1
+    assert re.match(r"nanorom: error: 90 modes asked for.*\n$", capsys.readouterr().err)
+    assert not output.exists()
+
+
+def test_failure_leaves_an_earlier_result_alone(tmp_path, scene, rom, monkeypatch, capsys):
+    def fail(*_):
+        raise RuntimeError("deep\ninside")
+
+    before = rom.read_bytes()
+    monkeypatch.setattr("nanorom.workflow.reduce", fail)
+    assert main(["reduce", str(scene), "-o", str(rom)]) == 1
+    assert rom.read_bytes() == before
+    error = capsys.readouterr().err
+    assert error.startswith("nanorom: error: unexpected RuntimeError: deep inside")
+    assert error.count("\n") == 1
+    with pytest.raises(RuntimeError, match="deep"):
+        main(["reduce", str(scene), "-o", str(rom), "--debug"])
+
+
+@pytest.mark.parametrize("arguments", [[], ["frobnicate"], ["reduce", "drum.toml"]])
+def test_wrong_usage_has_status_two(arguments, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert "usage: nanorom" in capsys.readouterr().err
+
+
+def test_only_the_first_rank_speaks(monkeypatch, capsys):
+    monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "1")
+    assert main(["info", "none.h5"]) == 1
+    assert capsys.readouterr().err == ""
+
+
+def test_interrupt_is_one_line(monkeypatch, capsys):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("nanorom.cli._load", interrupt)
+    assert main(["info", "rom.h5"]) == 130
+    assert capsys.readouterr().err == "nanorom: error: interrupted\n"

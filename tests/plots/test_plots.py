@@ -1,0 +1,192 @@
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.image import imread
+
+from nanorom.continuation import Branch, Diagram, SpecialPoint
+from nanorom.errors import FileError, ModelError
+from nanorom.excitation import Drive, Sweep
+from nanorom.plots import amplitude_panels, mode_gallery, response_figure
+from nanorom.plots.response import MARKERS
+from nanorom.plots.style import COLUMN, scaled, with_unit
+from nanorom.response import Response
+from nanorom.rom import Shapes
+
+COLUMN_PIXELS = 1003  # 85 mm at 300 dots per inch
+
+
+def branch(omega, amplitude, stable):
+    count, size = amplitude.shape
+    return Branch(
+        omega=omega,
+        amplitude=amplitude,
+        stable=stable,
+        multipliers=np.zeros((count, 2 * size), dtype=complex),
+        period_multiple=1,
+        parent=None,
+        origin=None,
+        coefficients=[np.ones((3, size))] * count,
+    )
+
+
+def special_point(kind, omega, amplitude):
+    size = len(amplitude)
+    return SpecialPoint(
+        type=kind,
+        omega=omega,
+        amplitude=amplitude,
+        multipliers=np.ones(2 * size, dtype=complex),
+        state=np.zeros(2 * size),
+        branch=0,
+        period_multiple=1,
+        coefficients=np.ones((3, size)),
+    )
+
+
+@pytest.fixture
+def response():
+    """Two levels of a made-up resonance; mode 3 hardly moves, points 40 ... 59 are unstable."""
+    angle = np.linspace(0, np.pi, 100)
+    omega = 2 * np.pi * np.linspace(19e6, 25e6, 100)
+    stable = np.ones(100, dtype=bool)
+    stable[40:60] = False
+    diagrams = []
+    for height in (5e-9, 20e-9):
+        shares = np.array([1.0, 0.1, 1e-6])
+        amplitude = height * np.sin(angle)[:, None] * shares
+        points = [special_point(kind, 2 * np.pi * 22e6, height * shares) for kind in ("LP", "PD")]
+        diagrams.append(Diagram([branch(omega, amplitude, stable)], points, height, 0.0))
+    return Response(
+        diagrams=tuple(diagrams),
+        drive=Drive(["5 Pa", "20 Pa"]),
+        sweep=Sweep("0.95 f1", "1.2 f1"),
+        frequency=np.array([20e6, 30e6, 40e6]),
+        label=("f01", "f11c", "f11s"),
+    )
+
+
+def curves(axes):
+    return [line for line in axes.lines if line.get_marker() == "None"]
+
+
+def marks(axes):
+    return [line for line in axes.lines if line.get_marker() != "None"]
+
+
+def test_curve_is_solid_where_stable_and_dashed_where_not(response):
+    axes = response_figure(response).axes[0]
+    low = [line for line in curves(axes) if line.get_ydata().max() < 6]
+    assert [line.is_dashed() for line in low] == [False, True, False]
+    dashed = low[1]
+    # the unstable stretch reaches to its neighbours, so that no gap shows
+    assert dashed.get_xdata()[0] == low[0].get_xdata()[-1]
+    assert dashed.get_xdata()[-1] == low[2].get_xdata()[0]
+    assert len(dashed.get_xdata()) == 22
+
+
+def test_axes_are_in_prefixed_units_of_the_data(response):
+    axes = response_figure(response).axes[0]
+    assert axes.get_xlabel() == "drive frequency (MHz)"
+    assert axes.get_ylabel() == "amplitude |q| (nm)"
+    assert axes.get_xlim() == pytest.approx((19, 24))
+    top = max(line.get_ydata().max() for line in curves(axes))
+    assert top == pytest.approx(20 * np.sqrt(1.01), rel=1e-3)
+
+
+def test_special_points_have_the_marker_of_their_type_and_the_colour_of_their_level(response):
+    axes = response_figure(response).axes[0]
+    found = {(line.get_marker(), to_hex(line.get_color())) for line in marks(axes)}
+    colours = {to_hex(line.get_color()) for line in curves(axes)}
+    assert len(colours) == 2
+    assert found == {(MARKERS[kind], colour) for kind in ("LP", "PD") for colour in colours}
+    assert marks(axes)[0].get_xdata()[0] == pytest.approx(22)
+
+
+def test_legend_names_levels_styles_and_the_types_that_occur(response):
+    legend = response_figure(response).axes[0].get_legend()
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts == ["5 Pa", "20 Pa", "stable", "unstable", "fold", "period doubling"]
+
+
+def test_panels_show_the_modes_that_take_part(response):
+    axes = amplitude_panels(response).axes
+    assert [panel.get_ylabel() for panel in axes] == ["f01\n(nm)", "f11c\n(nm)"]
+    assert max(line.get_ydata().max() for line in curves(axes[1])) == pytest.approx(2, rel=1e-3)
+    assert axes[0].get_xlim() == axes[1].get_xlim()
+
+
+def test_gallery_has_a_panel_per_mode_with_name_and_frequency(make_model):
+    model = make_model(5)
+    *panels, bar = mode_gallery(model).axes
+    assert len(panels) == 5
+    titles = [panel.get_title().split("\n") for panel in panels]
+    assert [title[0] for title in titles] == list(model.label)
+    for (_, text), frequency in zip(titles, model.frequency):
+        number, unit = text.split()
+        assert unit == "MHz"
+        assert float(number) == pytest.approx(frequency / 1e6, rel=1e-3)
+    assert bar.get_xlabel() == "mode shape φ"
+
+
+def test_films_keep_their_proportions_unless_they_are_very_narrow(make_model):
+    model = make_model(2)
+    figure = mode_gallery(model)
+    assert figure.axes[0].get_aspect() == 1
+    assert not figure.texts
+
+    points = model.shapes.points * np.array([1.0, 0.02, 1.0])
+    string = make_model(2, shapes=Shapes(points, model.shapes.cells, model.shapes.values))
+    figure = mode_gallery(string)
+    assert figure.axes[0].get_aspect() == pytest.approx(6.25)
+    assert figure.texts[0].get_text() == "films drawn 6.25 times as wide as they are"
+
+
+def test_model_without_shapes_cannot_be_drawn(make_model):
+    with pytest.raises(ModelError, match="shapes"):
+        mode_gallery(make_model(2, shapes=None))
+
+
+def test_pictures_are_a_column_wide_and_written_whole(tmp_path, make_model, response):
+    mode_gallery(make_model(3), tmp_path / "modes.png")
+    response_figure(response, tmp_path / "response.png")
+    amplitude_panels(response, tmp_path / "amplitudes.pdf")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "amplitudes.pdf",
+        "modes.png",
+        "response.png",
+    ]
+    for name in ("modes.png", "response.png"):
+        image = imread(tmp_path / name)[..., :3]
+        assert image.shape[1] == pytest.approx(COLUMN_PIXELS, abs=2)
+        assert image.std() > 0.05  # something is drawn
+        border = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
+        assert (border == 1).all()  # and nothing is cut off at the edge
+    with pytest.raises(FileError, match="there is no directory"):
+        response_figure(response, tmp_path / "none" / "response.png")
+
+
+def test_drawing_leaves_the_callers_settings_alone(response):
+    before = dict(matplotlib.rcParams)
+    response_figure(response)
+    assert dict(matplotlib.rcParams) == before
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (21.15119e6, "Hz", "21.15 MHz"),
+        (1e-9, "m", "1 nm"),
+        (999e-12, "m", "999 pm"),
+        (0.0, "m", "0 m"),
+        (-0.002, "N/m", "-2 mN/m"),
+    ],
+)
+def test_values_are_shown_with_the_prefix_that_fits(value, unit, text):
+    assert with_unit(value, unit) == text
+
+
+def test_prefix_of_an_axis_follows_its_largest_value():
+    assert scaled([1e-12, 2e-8], "m")[1] == "nm"
+    assert scaled([0.0], "m") == (1.0, "m")
+    assert COLUMN == pytest.approx(85 / 25.4)
