@@ -15,10 +15,14 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
+from petsc4py import PETSc
+
 from nanorom.errors import SolverError
 from nanorom.fem import compat, quadrature
+from nanorom.fem.modes import class_stiffness
 from nanorom.fem.plate import Attraction, Plate
 from nanorom.fem.statics import StaticProblem
+from nanorom.fem.symmetry import AXES, Parity
 
 OUTSIDE = 1e-9  # a point is in a cell if no barycentric coordinate is below minus that
 NEWTON_STEPS = 20
@@ -31,8 +35,6 @@ class Film:
         self.plate = plate
         self.space = compat.lagrange_space(plate.domain.mesh, plate.degree, components=3)
         self.state = fem.Function(self.space)
-        blocks = fem.locate_dofs_topological(self.space, 1, plate.supported)
-        self.fixed = (3 * blocks[:, None] + np.arange(3)).ravel()
         # the three spaces number the same nodes, each in its own order
         self._node = np.empty(len(self.state.x.array) // 3, dtype=np.int64)
         self._node[compat.cell_dofs(self.space)] = compat.cell_dofs(plate.deflections)
@@ -49,14 +51,40 @@ class Film:
         """Deflection (UFL)."""
         return self.state[2]
 
-    def energy(self) -> Any:
-        """Energy of the displacement, pre-stress and initial shape included."""
-        u, w, plate = self.u, self.w, self.plate
-        return self.incremental_energy() + plate.preload_energy(u, w)
+    def stretching_energy(self) -> Any:
+        """Energy of the displacement, tension and bending apart."""
+        return self.plate.stretching_energy(self.u, self.w)
 
-    def incremental_energy(self) -> Any:
-        """The same about an equilibrium: without what is linear."""
-        return self.plate.stretching_energy(self.u, self.w) + self.plate.linear_energy(self.w)
+    def preload_energy(self) -> Any:
+        """What is linear in the displacement: pre-stress that is not in equilibrium."""
+        return self.plate.preload_energy(self.u, self.w)
+
+    def fixed(self, parity: Parity) -> np.ndarray:
+        """Degrees of freedom (unrolled) that supports and mirrors hold at zero.
+
+        A displacement has the parity of its deflection; the shape of the film is even.
+        """
+        plate = self.plate
+        blocks = fem.locate_dofs_topological(self.space, 1, plate.supported)
+        fixed = [(3 * blocks[:, None] + np.arange(3)).ravel()]
+        for axis, odd in zip(plate.mirrors.axes, parity):
+            blocks = fem.locate_dofs_topological(self.space, 1, plate.on_mirror(axis))
+            across = AXES.index(axis)
+            fixed += [3 * blocks + 1 - across, 3 * blocks + 2] if odd else [3 * blocks + across]
+        return np.unique(np.concatenate(fixed))
+
+    def embed(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """A matrix of the plate's deflections as one of the film. Collective."""
+        rows, columns = (s.dofmap.index_map for s in (self.plate.deflections, self.space))
+        sizes = (rows.size_local, rows.size_global), (3 * columns.size_local, 3 * columns.size_global)
+        inject = PETSc.Mat().createAIJ(sizes, nnz=1, comm=self.plate.domain.comm)
+        owned = np.arange(columns.size_local, dtype=np.int32)
+        row = rows.local_to_global(self._node[owned].astype(np.int32))
+        column = 3 * columns.local_to_global(owned) + 2
+        for i, j in zip(row, column):
+            inject.setValue(int(i), int(j), 1.0)
+        inject.assemble()
+        return matrix.ptap(inject)
 
     def deflection(self) -> np.ndarray:
         """(local dofs,) of the deflection of the current state, numbered as the plate does."""
@@ -150,7 +178,12 @@ def patch(film: Film, centre: np.ndarray, radius: float) -> Load:
 def problem(film: Film, load: Load | None) -> StaticProblem:
     """Static problem of the film under a load (None: relaxation of its pre-stress)."""
     load = load or Load()
-    return StaticProblem(film.state, film.energy(), load.form, load.nodal, film.fixed)
+    even = film.plate.mirrors.even
+    linear = film.embed(class_stiffness(film.plate)[even])
+    energy = film.stretching_energy() + film.preload_energy()
+    return StaticProblem(
+        film.state, energy, load.form, load.nodal, film.fixed(even), constant=linear
+    )
 
 
 def admissible(film: Film, load: Load) -> bool:

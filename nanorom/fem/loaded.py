@@ -7,18 +7,17 @@ modes by a mass matrix without it, in the tensors as `condensation` does.
 
 from __future__ import annotations
 
-from typing import Any
-
 import attrs
 import numpy as np
 import ufl
-from dolfinx import fem
+from petsc4py import PETSc
 
 from nanorom.fem import algebra, compat, condensation, quadrature
 from nanorom.fem import modes as eigen
 from nanorom.fem.film import Film
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
+from nanorom.fem.symmetry import Parity
 
 
 def solve(plate: Plate, count: int) -> Modes:
@@ -31,39 +30,40 @@ def solve(plate: Plate, count: int) -> Modes:
     if plate.shape is None:
         return eigen.solve(plate, count)
     film = Film(plate)
-    energy = film.incremental_energy()
-    stiffness = algebra.assemble(compat.form(_second_derivative(energy, film.state)))
-    w, v = ufl.TrialFunction(film.space), ufl.TestFunction(film.space)
-    mass = algebra.assemble(compat.form(w[2] * v[2] * plate.dx(2 * plate.degree)))
-    free = algebra.FreeDofs(film.space, film.fixed)
-    k, m = free.restrict(stiffness), free.restrict(mass)
-    wanted = count + eigen.EXTRA
-    while True:
-        eigenvalues, vectors = eigen.lowest(k, m, wanted)
-        last = [c for c in eigen.clusters(eigenvalues, eigen.NEAR) if c[0] < count][-1][-1] + 1
-        if last < wanted:
-            break
-        wanted *= 2
-    shapes = np.empty((len(plate.w.x.array), last))
-    for i in range(last):
-        film.state.x.array[:] = 0.0
-        film.state.x.array[free.local] = vectors[:, i]
-        film.state.x.scatter_forward()
-        shapes[:, i] = film.deflection()
-    film.state.x.array[:] = 0.0
-    parity = plate.mirrors.even
-    return Modes(
-        plate,
-        eigenvalues[:last],
-        shapes,
-        [parity] * last,
-        {parity: algebra.assemble(compat.form(plate.stiffness_form()))},
-        algebra.assemble(compat.form(plate.mass_form())),
-    )
+    energy = film.stretching_energy()
+    second = ufl.derivative(ufl.derivative(energy, film.state), film.state)
+    stretching = algebra.assemble(compat.form(second))
+    stiffness = eigen.class_stiffness(plate)
+    mass = algebra.assemble(compat.form(plate.mass_form()))
+    film_mass = film.embed(mass)
+    solvers = {}
+    for parity, linear in stiffness.items():
+        total = film.embed(linear)
+        total.axpy(1.0, stretching, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        solvers[parity] = CoupledSolver(film, parity, total, film_mass)
+    return eigen.lowest_of_classes(plate, solvers, stiffness, mass, count)
 
 
-def _second_derivative(energy: Any, state: Any) -> Any:
-    return ufl.derivative(ufl.derivative(energy, state), state)
+class CoupledSolver(eigen.ClassSolver):
+    """Lowest modes of one class of symmetry, the in-plane displacement without mass."""
+
+    def __init__(
+        self, film: Film, parity: Parity, stiffness: PETSc.Mat, mass: PETSc.Mat
+    ) -> None:
+        self.parity = parity
+        self.film = film
+        self.free = algebra.FreeDofs(film.space, film.fixed(parity))
+        self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
+        self.eigenvalues = np.empty(0)
+        self.vectors = np.empty((0, 0))
+
+    def deflection(self, i: int) -> np.ndarray:
+        """Deflection (local dofs,) of a mode, numbered as the plate does. Collective."""
+        state = self.film.state.x
+        state.array[:] = 0.0
+        state.array[self.free.local] = self.vectors[:, i]
+        state.scatter_forward()
+        return self.film.deflection()
 
 
 @attrs.frozen(eq=False)

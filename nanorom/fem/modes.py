@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import attrs
 import numpy as np
 from dolfinx import fem
@@ -60,12 +62,23 @@ def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.
 def solve(plate: Plate, count: int) -> Modes:
     """At least the ``count`` lowest modes, no cluster of near ones cut in two. Collective.
 
-    Raises SolverError when the mesh has too few degrees of freedom, when the flat state is not
+    Raises SolverError when the mesh has too few degrees of freedom, when the film's state is not
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
     mass = algebra.assemble(compat.form(plate.mass_form()))
     stiffness = class_stiffness(plate)
-    solvers = {p: _ClassSolver(plate, p, k, mass) for p, k in stiffness.items()}
+    solvers = {p: ClassSolver(plate, p, k, mass) for p, k in stiffness.items()}
+    return lowest_of_classes(plate, solvers, stiffness, mass, count)
+
+
+def lowest_of_classes(
+    plate: Plate,
+    solvers: Mapping[Parity, ClassSolver],
+    stiffness: dict[Parity, PETSc.Mat],
+    mass: PETSc.Mat,
+    count: int,
+) -> Modes:
+    """The lowest modes of all classes of symmetry together. Collective."""
     size = sum(solver.free.size for solver in solvers.values())
     if count > size // 2:
         raise SolverError(
@@ -110,7 +123,7 @@ def class_stiffness(plate: Plate) -> dict[Parity, PETSc.Mat]:
     return stiffness
 
 
-class _ClassSolver:
+class ClassSolver:
     """Lowest modes of one class of symmetry."""
 
     def __init__(
@@ -120,6 +133,7 @@ class _ClassSolver:
         fixed = fem.locate_dofs_topological(plate.deflections, 1, plate.odd_facets(parity))
         self.free = algebra.FreeDofs(plate.deflections, fixed)
         self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
+        self.plate = plate
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))
 
@@ -132,10 +146,17 @@ class _ClassSolver:
         """Compute the ``count`` lowest modes, or all there are. Collective."""
         self.eigenvalues, self.vectors = lowest(self._k, self._m, min(count, self.free.size))
 
+    def deflection(self, i: int) -> np.ndarray:
+        """Deflection (local dofs,) of a mode. Collective."""
+        function = fem.Function(self.plate.deflections)
+        function.x.array[self.free.local] = self.vectors[:, i]
+        function.x.scatter_forward()
+        return function.x.array
+
 
 def _merged(
     plate: Plate,
-    solvers: dict[Parity, _ClassSolver],
+    solvers: Mapping[Parity, ClassSolver],
     stiffness: dict[Parity, PETSc.Mat],
     mass: PETSc.Mat,
     count: int,
@@ -148,13 +169,7 @@ def _merged(
     )
     values = np.array([value for value, _, _ in found])
     last = [group for group in clusters(values, NEAR) if group[0] < count][-1][-1] + 1
-    function = fem.Function(plate.deflections)
-    shapes = np.empty((len(function.x.array), last))
-    for column, (_, parity, i) in enumerate(found[:last]):
-        function.x.array[:] = 0.0
-        function.x.array[solvers[parity].free.local] = solvers[parity].vectors[:, i]
-        function.x.scatter_forward()
-        shapes[:, column] = function.x.array
+    shapes = np.column_stack([solvers[p].deflection(n) for _, p, n in found[:last]])
     parities = [parity for _, parity, _ in found[:last]]
     return Modes(plate, values[:last], shapes, parities, stiffness, mass)
 

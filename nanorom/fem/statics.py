@@ -39,6 +39,7 @@ class StaticProblem:
     load : linear form F(x; v) of a unit load, which may depend on the state, or None.
     nodal_load : (local dofs,) further unit load, e.g. a point force.
     fixed : local numbers (unrolled) of the degrees of freedom that do not move.
+    constant : stiffness (all degrees of freedom) of a further energy, quadratic in the state.
     symmetric : the load has a potential too (False for a follower load on a free edge).
     """
 
@@ -50,6 +51,7 @@ class StaticProblem:
         nodal_load: np.ndarray | None = None,
         fixed: np.ndarray | None = None,
         symmetric: bool = True,
+        constant: PETSc.Mat | None = None,
     ) -> None:
         self.state = state
         self.space = state.function_space
@@ -67,6 +69,9 @@ class StaticProblem:
         self._residual = compat.form(residual)
         self._stiffness = compat.form(ufl.derivative(residual, state))
         self._full = algebra.assemble(self._stiffness)
+        self._constant = constant
+        if constant is not None:
+            self._full.axpy(1.0, constant, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         self.stiffness = self.free.restrict(self._full)
         self._solver = self._direct_solver()
 
@@ -89,7 +94,13 @@ class StaticProblem:
 
     def residual(self) -> np.ndarray:
         """R(x, p) on the owned free degrees of freedom. Collective."""
-        r = algebra.assemble_vector(self._residual)[self.free.local]
+        r = algebra.assemble_vector(self._residual)
+        if self._constant is not None:
+            x, product = self._constant.createVecRight(), self._constant.createVecLeft()
+            x.array[:] = self.state.x.array[: self.free.n_owned]
+            self._constant.mult(x, product)
+            r += product.array_r
+        r = r[self.free.local]
         return r if self._nodal is None else r - float(self.magnitude.value) * self._nodal
 
     def load(self) -> np.ndarray:
@@ -103,6 +114,8 @@ class StaticProblem:
         """dR/dx of the current state into ``stiffness``. Collective."""
         self._full.zeroEntries()
         compat.assemble_matrix_into(self._full, self._stiffness)
+        if self._constant is not None:
+            self._full.axpy(1.0, self._constant, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         self._full.createSubMatrix(self.free.set, self.free.set, self.stiffness)
 
     def norm(self, values: np.ndarray) -> float:
