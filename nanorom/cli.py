@@ -167,7 +167,7 @@ def _run(options: argparse.Namespace) -> None:
 
     scene = _scene(options)
     with _progress() as progress:
-        summary = run(scene, options.output, progress)
+        summary = run(scene, options.output, progress, processes=None)
     if summary is not None and mpi_rank() == 0:
         total = sum(summary["seconds"].values())
         print(f"results in {options.output} after {total:.1f} s")
@@ -202,7 +202,14 @@ def _respond(options: argparse.Namespace) -> None:
     excitation = Excitation.from_file(options.sweep)
     model = ReducedModel.load(options.model)
     with _progress() as progress:
-        response = respond(model, excitation.drive, excitation.sweep, excitation.damping, progress)
+        response = respond(
+            model,
+            excitation.drive,
+            excitation.sweep,
+            excitation.damping,
+            progress,
+            processes=None,
+        )
     response.save(options.output)
 
 

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.continuation import Diagram, explore
+from nanorom.continuation import Diagram, explore_levels
 from nanorom.excitation import Damping, Drive, Sweep
 from nanorom.rom import ReducedModel
 
@@ -58,6 +58,7 @@ def respond(
     sweep: Sweep,
     damping: Damping | None = None,
     progress: Progress | None = None,
+    processes: int | None = 1,
 ) -> Response:
     """Follow the periodic response over a frequency range at every drive level.
 
@@ -65,7 +66,9 @@ def respond(
     ----------
     model : reduced model; its own damping is used unless ``damping`` is given.
     drive, sweep : levels and range, as in a scene.
-    progress : called as progress("level", done, total) before and after every level.
+    progress : called as progress("drive levels", done, total) after every level.
+    processes : how many levels are followed at once, None for one per core. A script that asks
+        for more than one must keep its own work under ``if __name__ == "__main__"``.
 
     Raises
     ------
@@ -79,13 +82,13 @@ def respond(
     omega = (2 * np.pi * start, 2 * np.pi * stop)
     options: dict[str, Any] = {"depth": sweep.depth, "tolerance": sweep.tolerance}
     options = {name: value for name, value in options.items() if value is not None}
-    diagrams = []
-    for done, (direct, parametric) in enumerate(drive.levels):
+
+    def report(done: int, total: int) -> None:
         if progress is not None:
-            progress("drive levels", done, len(drive.levels))
-        diagrams.append(explore(system, omega, direct, parametric, **options))
-    if progress is not None:
-        progress("drive levels", len(drive.levels), len(drive.levels))
+            progress("drive levels", done, total)
+
+    report(0, len(drive.levels))
+    diagrams = explore_levels(system, omega, drive.levels, processes, report, **options)
     return Response(
         diagrams=tuple(diagrams),
         drive=drive,

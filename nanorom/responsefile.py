@@ -58,6 +58,7 @@ def _write_diagram(level: h5py.Group, diagram: Diagram) -> None:
     for number, branch in enumerate(diagram.branches):
         group = level.create_group(f"branch/{number}")
         group.attrs["period_multiple"] = branch.period_multiple
+        group.attrs["ending"] = branch.ending
         for name in ("parent", "origin"):
             index = getattr(branch, name)
             group.attrs[name] = NONE if index is None else index
@@ -105,6 +106,7 @@ def _read_diagram(level: h5py.Group, size: int) -> Diagram:
                 parent=None if parent == NONE else parent,
                 origin=None if origin == NONE else origin,
                 coefficients=_read_ragged(group, n, size),
+                ending=hdf5.text(group.attrs.get("ending", "")),
             )
         )
     return Diagram(

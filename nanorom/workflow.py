@@ -37,13 +37,16 @@ def reduce(scene: Scene, progress: Progress | None = None) -> ReducedModel:
 
 
 def run(
-    scene: Scene, directory: str | Path, progress: Progress | None = None
+    scene: Scene,
+    directory: str | Path,
+    progress: Progress | None = None,
+    processes: int | None = 1,
 ) -> dict[str, Any] | None:
     """Do everything a scene asks for and leave the results in a directory.
 
     Leaves rom.h5, modes.png and summary.json, and where the scene has a drive and a sweep also
     response.h5, response.png and amplitudes.png.  Returns what is in summary.json; under MPI on
-    rank 0, which alone writes.
+    rank 0, which alone writes.  ``processes`` is as for `nanorom.respond`.
     """
     directory = Path(directory)
     check_directory(directory)
@@ -63,7 +66,7 @@ def run(
     if scene.drive is not None and scene.sweep is not None:
         from nanorom.response import respond
 
-        response = respond(model, scene.drive, scene.sweep, scene.damping, progress)
+        response = respond(model, scene.drive, scene.sweep, scene.damping, progress, processes)
         seconds["respond"] = time.perf_counter() - start
         response.save(directory / "response.h5")
         summary |= report.of_response(response)

@@ -276,7 +276,7 @@ def test_bad_input_is_one_line_before_any_work(
         raise AssertionError("the reduction has started")
 
     monkeypatch.setattr("nanorom.workflow.reduce", too_late)
-    monkeypatch.setattr("nanorom.response.explore", too_late)
+    monkeypatch.setattr("nanorom.response.explore_levels", too_late)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.toml").write_text(drum_toml.replace("10 nm", "-10 nm"))
     (tmp_path / "many.toml").write_text(SWEEP.replace("= 50", "= [1, 2, 3]"))
