@@ -45,7 +45,9 @@ def response_figure(response: Response, path: str | Path | None = None) -> Figur
     axes = figure.add_subplot()
     length, frequency = _length_unit(response, _total), _frequency_unit(response)
     _draw(axes, response, _total, length, frequency)
-    axes.set_ylabel(f"amplitude |q| ({length[1]})")
+    modes = _take_part(response)
+    whose = "|q| of all modes" if len(modes) > 1 else f"of {response.label[modes[0]]}"
+    axes.set_ylabel(f"amplitude {whose} ({length[1]})")
     axes.set_xlabel(f"drive frequency ({frequency[1]})")
     _legend(axes, response)
     if path is not None:
@@ -56,8 +58,7 @@ def response_figure(response: Response, path: str | Path | None = None) -> Figur
 @styled
 def amplitude_panels(response: Response, path: str | Path | None = None) -> Figure:
     """Draw max |q_r| against drive frequency, a panel per mode that takes part."""
-    largest = _largest(response, lambda amplitude: amplitude)
-    modes = np.flatnonzero(largest >= TAKES_PART * largest.max())
+    modes = _take_part(response)
     frequency = _frequency_unit(response)
     height = 0.62 * len(modes) + 0.9
     figure = Figure(figsize=(COLUMN, height), layout="constrained")
@@ -78,6 +79,12 @@ def amplitude_panels(response: Response, path: str | Path | None = None) -> Figu
 
 def _total(amplitude: Array) -> Array:
     return np.asarray(np.linalg.norm(amplitude, axis=-1))
+
+
+def _take_part(response: Response) -> NDArray[np.intp]:
+    """Indices of the modes whose amplitude shows beside the largest one."""
+    largest = _largest(response, lambda amplitude: amplitude)
+    return np.flatnonzero(largest >= TAKES_PART * largest.max())
 
 
 def _mode(number: int) -> Measure:
@@ -174,7 +181,13 @@ def _legend(axes: Any, response: Response) -> None:
     if any(not np.all(b.stable) for d in response.diagrams for b in d.branches):
         handles.append(Line2D([], [], color=NEUTRAL, label="stable"))
         handles.append(Line2D([], [], **_line(False), color=NEUTRAL, label="unstable"))
-    found = {point.type for diagram in response.diagrams for point in diagram.special_points}
+    start, stop = (2 * np.pi * f for f in response.sweep.hertz(float(response.frequency[0])))
+    found = {
+        point.type
+        for diagram in response.diagrams
+        for point in diagram.special_points
+        if start <= point.omega <= stop
+    }
     for kind in MARKERS:
         if kind in found:
             style = {**_marker(kind), "color": NEUTRAL, "linestyle": "none"}
@@ -184,8 +197,9 @@ def _legend(axes: Any, response: Response) -> None:
         loc="lower center",
         bbox_to_anchor=(0.45, 1.0),
         ncol=min(3, len(handles)),
-        handlelength=1.8,
-        columnspacing=1.2,
+        handlelength=1.6,
+        handletextpad=0.5,
+        columnspacing=1.0,
     )
 
 

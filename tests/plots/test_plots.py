@@ -88,7 +88,7 @@ def test_curve_is_solid_where_stable_and_dashed_where_not(response):
 def test_axes_are_in_prefixed_units_of_the_data(response):
     axes = response_figure(response).axes[0]
     assert axes.get_xlabel() == "drive frequency (MHz)"
-    assert axes.get_ylabel() == "amplitude |q| (nm)"
+    assert axes.get_ylabel() == "amplitude |q| of all modes (nm)"
     assert axes.get_xlim() == pytest.approx((19, 24))
     top = max(line.get_ydata().max() for line in curves(axes))
     assert top == pytest.approx(20 * np.sqrt(1.01), rel=1e-3)
@@ -107,6 +107,20 @@ def test_legend_names_levels_styles_and_the_types_that_occur(response):
     legend = response_figure(response).axes[0].get_legend()
     texts = [text.get_text() for text in legend.get_texts()]
     assert texts == ["5 Pa", "20 Pa", "stable", "unstable", "fold", "period doubling"]
+
+
+def test_amplitude_of_a_mode_alone_has_its_name(response):
+    for diagram in response.diagrams:
+        for branch in diagram.branches:
+            branch.amplitude[:, 1:] = 0
+    assert response_figure(response).axes[0].get_ylabel() == "amplitude of f01 (nm)"
+
+
+def test_legend_leaves_out_what_lies_outside_the_sweep(response):
+    response.diagrams[1].special_points[0].type = "NS"
+    response.diagrams[1].special_points[0].omega *= 2
+    legend = response_figure(response).axes[0].get_legend()
+    assert "Neimark-Sacker" not in [text.get_text() for text in legend.get_texts()]
 
 
 def test_panels_show_the_modes_that_take_part(response):
