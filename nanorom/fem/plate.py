@@ -139,6 +139,23 @@ class Plate:
         density = ufl.inner(strain, membrane_stress(strain, self.nu))
         return 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
 
+    def tangent_energy(self, u: Any, w: Any) -> Any:
+        """The part of the stretching energy that is quadratic in (u, w)."""
+        strain = ufl.sym(ufl.grad(u))
+        if self.shape is not None:
+            strain = strain + ufl.sym(ufl.outer(ufl.grad(self.shape), ufl.grad(w)))
+        density = ufl.inner(strain, membrane_stress(strain, self.nu))
+        return 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
+
+    def attraction_energy(self, w: Any) -> Any:
+        """Energy of the attraction to the gate beyond second order in w."""
+        gate, height = self.attraction, 0.0 if self.shape is None else self.shape
+        assert gate is not None
+        rise = gate.potential(height + w) - gate.potential(height)
+        first = 0.5 * gate.strength / (gate.gap - height) ** 2
+        density = rise - first * w - 0.5 * gate.stiffness(height) * w**2
+        return -density * self.dx(self.stretching_degree)
+
     def tension_energy(self, w: Any) -> Any:
         """1/2 int N0:(grad w (x) grad w)."""
         density = self.tension_x * w.dx(0) ** 2 + self.tension_y * w.dx(1) ** 2

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import combinations, permutations
+from typing import Any
 
 import attrs
 import numpy as np
@@ -28,6 +29,7 @@ from nanorom.fem.plate import Plate
 
 Case = tuple[tuple[int, int], ...]  # (mode, sign) of every mode taking part
 
+QUADRATIC_NOISE = 1e-3  # of the cubic force: quadratic coefficients below it are round-off
 SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
 
 
@@ -50,13 +52,15 @@ class StepResult:
 
     quadratic (L, L, L), cubic (L, L, L, L): fully symmetrised; asymmetry: largest entry that
     symmetrisation changed, relative to the largest entry (an error indicator: exact coefficients
-    derive from a potential); n_cases: load cases solved.
+    derive from a potential); n_cases: load cases solved; in_plane_error: estimated, of the in-plane
+    energy relative to the largest energy of a case.
     """
 
     quadratic: np.ndarray
     cubic: np.ndarray
     asymmetry: float
     n_cases: int
+    in_plane_error: float
 
 
 def step(
@@ -68,8 +72,9 @@ def step(
 ) -> StepResult:
     """Quadratic and cubic coefficients of the first ``count`` modes. Collective.
 
-    The plate has no mirrors: a load case may mix modes of any parity.  ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
-    ``membrane_stiffness`` is given.  Raises SolverError if a case does not converge.
+    The plate has no mirrors: a load case may mix modes of any parity.  ``amplitude`` scales every
+    prescribed mode; it is in the unit in which the plate's ``membrane_stiffness`` is given.  Raises
+    SolverError if a case does not converge.
     """
     statics = StaticCases(modes, in_plane)
     cases = list(load_cases(count))
@@ -82,7 +87,7 @@ def step(
         if progress is not None:
             progress(number + 1, len(cases))
     quadratic, cubic = coefficients(forces, count, amplitude)
-    return _symmetric(quadratic, cubic, len(cases))
+    return _symmetric(quadratic, cubic, amplitude, len(cases))
 
 
 class StaticCases:
@@ -92,34 +97,58 @@ class StaticCases:
         plate = modes.plate
         self.modes = modes
         self.plate = plate
-        stretching = plate.stretching_energy(plate.u, plate.w)
-        self._reaction = compat.form(ufl.derivative(stretching, plate.w))
         self._stiffness = modes.stiffness[()]
         self._linear = self._stiffness.createVecLeft()
         self._deflection = self._stiffness.createVecRight()
-        self._snes = _InPlaneEquilibrium(plate, stretching) if in_plane == "free" else None
+        energy = plate.stretching_energy(plate.u, plate.w)
+        if plate.attraction is not None:
+            energy = energy + plate.attraction_energy(plate.w)
+        self._case = _Reaction(plate, energy, in_plane)
+        self._tangent: np.ndarray | None = None
+        if plate.shape is not None:
+            # stretching has a linear part, which belongs to K X_c
+            tangent = _Reaction(plate, plate.tangent_energy(plate.u, plate.w), in_plane)
+            self._tangent = np.column_stack([tangent.solve(w) for w in modes.shapes.T])
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L,) = Phi^T (F_T - K X_c) at modal amplitudes q (L,). Collective."""
         shapes = self.modes.shapes[:, : len(q)]
-        plate, n_owned = self.plate, self.modes.n_owned
-        plate.w.x.array[:] = shapes @ q
-        self._deflection.array[:] = plate.w.x.array[:n_owned]
+        n_owned = self.modes.n_owned
+        w = shapes @ q
+        self._deflection.array[:] = w[:n_owned]
         self._stiffness.mult(self._deflection, self._linear)
+        linear = self._linear.array_r.copy()
+        total = self._case.solve(w) + linear
+        if self._tangent is not None:
+            linear += self._tangent[:, : len(q)] @ q
+        return self.plate.domain.comm.allreduce(shapes[:n_owned].T @ (total - linear))
+
+
+class _Reaction:
+    """Reaction to a prescribed deflection, the in-plane displacement in equilibrium or fixed."""
+
+    def __init__(self, plate: Plate, energy: Any, in_plane: str) -> None:
+        self.plate = plate
+        self._reaction = compat.form(ufl.derivative(energy, plate.w))
+        self._snes = _InPlaneEquilibrium(plate, energy) if in_plane == "free" else None
+
+    def solve(self, w: np.ndarray) -> np.ndarray:
+        """Consistent nodal forces (owned dofs,) at a deflection (local dofs,). Collective."""
+        self.plate.w.x.array[:] = w
+        self.plate.u.x.array[:] = 0.0
         if self._snes is not None:
             self._snes.solve()
-        total = algebra.assemble_vector(self._reaction) + self._linear.array
-        return plate.domain.comm.allreduce(shapes[:n_owned].T @ (total - self._linear.array))
+        return algebra.assemble_vector(self._reaction)
 
 
 class _InPlaneEquilibrium:
     """SNES for the in-plane displacement; the tangent does not depend on the state, so that one
     factorisation serves every iteration of every case."""
 
-    def __init__(self, plate: Plate, stretching: object) -> None:
+    def __init__(self, plate: Plate, energy: Any) -> None:
         self.plate = plate
         self.free = in_plane_free(plate)
-        self._residual = compat.form(ufl.derivative(stretching, plate.u))
+        self._residual = compat.form(ufl.derivative(energy, plate.u))
         stiffness = self.free.restrict(algebra.assemble(compat.form(plate.in_plane_form())))
         self._x = stiffness.createVecRight()
         self._f = stiffness.createVecLeft()
@@ -200,11 +229,18 @@ def coefficients(
     return alpha, b
 
 
-def _symmetric(quadratic: np.ndarray, cubic: np.ndarray, n_cases: int) -> StepResult:
+def _symmetric(
+    quadratic: np.ndarray, cubic: np.ndarray, amplitude: float, n_cases: int
+) -> StepResult:
     """Average over the exchange of the equation's index with the others."""
     even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
     swaps = [cubic, *(np.swapaxes(cubic, 0, axis) for axis in (1, 2, 3))]
     odd = sum(swaps) / 4
-    scale = np.abs(cubic).max()
-    asymmetry = np.abs(cubic - odd).max() / scale if scale > 0 else 0.0
+    asymmetry = max(
+        np.abs(found - fair).max() / max(np.abs(fair).max(), smallest)
+        for found, fair, smallest in (
+            (quadratic, even, QUADRATIC_NOISE * amplitude * np.abs(odd).max()),
+            (cubic, odd, np.finfo(float).tiny),
+        )
+    )
     return StepResult(even, odd, float(asymmetry), n_cases)
