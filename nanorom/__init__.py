@@ -85,11 +85,22 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return _version()
     if name not in _HOME:
         raise AttributeError(f"module 'nanorom' has no attribute {name!r}")
     value = getattr(import_module(f"nanorom.{_HOME[name]}"), name)
     globals()[name] = value
     return value
+
+
+def _version() -> str:
+    from importlib import metadata
+
+    try:
+        return metadata.version("nanorom")
+    except metadata.PackageNotFoundError:
+        return "unknown (not installed)"
 
 
 def __dir__() -> list[str]:

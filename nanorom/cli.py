@@ -7,6 +7,7 @@ import logging
 import os
 import sys
 import time
+import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,11 +43,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _fail(options: argparse.Namespace, message: str, status: int = 1) -> int:
-    if options.debug:
-        raise
     from nanorom.workflow import mpi_rank
 
     together = _others_failed_too()
+    if options.debug:
+        traceback.print_exc()
     if mpi_rank() == 0 or not together:
         print(f"nanorom: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
     if not together:
@@ -123,9 +124,9 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
 
 class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from importlib import metadata
+        import nanorom
 
-        print(f"nanorom {metadata.version('nanorom')}")
+        print(f"nanorom {nanorom.__version__}")
         parser.exit()
 
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
+import nanorom
 from nanorom.errors import FileError, NanoromError
 from nanorom.files import atomic_path
 
@@ -26,7 +26,7 @@ MOST_NUMBERS = 200_000_000  # entries of one dataset; a longer one is not read
 def create(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     """A new file of a nanorom format, written whole or not at all; raises FileError."""
     with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update(format=kind, format_version=version, nanorom_version=_version())
+        file.attrs.update(format=kind, format_version=version, nanorom_version=nanorom.__version__)
         yield file
 
 
@@ -166,10 +166,3 @@ def from_json(words: str) -> dict[str, Any]:
 def text(value: Any) -> str:
     """A string as HDF5 gives it."""
     return value.decode() if isinstance(value, bytes) else str(value)
-
-
-def _version() -> str:
-    try:
-        return metadata.version("nanorom")
-    except metadata.PackageNotFoundError:
-        return "unknown"
