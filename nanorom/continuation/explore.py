@@ -194,11 +194,12 @@ class _Explorer:
         self.branches.append(
             self._branch(path, detector.places, detector.eigenvalues, parent, start)
         )
+        extent = bifurcation.extent(steps) if bifurcation else 0.0
         for polished in found:
             if polished is None:
                 continue
             if bifurcation and polished.type in ("LP", "BP"):
-                if bifurcation.is_end(polished.orbit, steps):
+                if bifurcation.is_end(polished.orbit, extent):
                     continue
             point = self._special_point(polished, index)
             self.points.append(point)

@@ -67,8 +67,9 @@ class Support:
     modes rest.
     """
 
-    def __init__(self, table: NDArray[np.bool_]) -> None:
+    def __init__(self, table: NDArray[np.bool_], even: bool = False) -> None:
         self.table = table
+        self.even = even  # in time: cosines only
 
     @property
     def modulus(self) -> int:
@@ -76,8 +77,11 @@ class Support:
 
     def rows_mask(self, harmonics: int) -> NDArray[np.bool_]:
         """Which entries of a (2H + 1, L) coefficient array may be non-zero."""
-        numbers = (np.arange(2 * harmonics + 1) + 1) // 2
-        return self.table.T[numbers % self.modulus]
+        rows = np.arange(2 * harmonics + 1)
+        mask = self.table.T[(rows + 1) // 2 % self.modulus]
+        if self.even:
+            mask[2::2] = False
+        return mask
 
     def stretch(self, factor: int) -> Support:
         """The same orbits described with a period `factor` times as long."""
@@ -159,13 +163,16 @@ class Basis:
     which needs 4H + 1 samples of a period, or half of them where the support is symmetric.
     """
 
-    def __init__(self, table: NDArray[np.bool_], harmonics: int, period_multiple: int) -> None:
-        support = Support(table)
+    def __init__(self, support: Support, harmonics: int, period_multiple: int) -> None:
+        table = support.table
         self.harmonics, self.period_multiple = harmonics, period_multiple
         self.modes: Index = np.flatnonzero(table.any(axis=1))
         residues = table.any(axis=0)
         numbers = (np.arange(2 * harmonics + 1) + 1) // 2
-        self.rows: Index = np.flatnonzero(residues[numbers % support.modulus])
+        present = residues[numbers % support.modulus]
+        if support.even:
+            present[2::2] = False
+        self.rows: Index = np.flatnonzero(present)
         self.number = numbers[self.rows]
         mask = support.rows_mask(harmonics)[np.ix_(self.rows, self.modes)]
         self.shape = mask.shape
@@ -210,8 +217,9 @@ class Basis:
         """(d coefficients/d theta)[i] = derivative_weight[i] coefficients[derivative_row[i]]."""
         position = {int(row): i for i, row in enumerate(self.rows)}
         partner = [0 if row == 0 else (row + 1 if row % 2 else row - 1) for row in self.rows]
+        # (of cosines alone, the derivative is only ever multiplied by a damping of zero)
         self.derivative_row: Index = np.array(
-            [position[int(row)] for row in partner], dtype=np.int64
+            [position.get(int(row), i) for i, row in enumerate(partner)], dtype=np.int64
         )
         signs = np.where(self.rows % 2 == 1, 1.0, -1.0)
         self.derivative_weight = (self.number * signs)[:, None]
@@ -241,11 +249,13 @@ class Basis:
 
 @lru_cache(maxsize=64)
 def _cached_basis(
-    table: bytes, shape: tuple[int, int], harmonics: int, period_multiple: int
+    table: bytes, shape: tuple[int, int], even: bool, harmonics: int, period_multiple: int
 ) -> Basis:
-    return Basis(np.frombuffer(table, dtype=bool).reshape(shape), harmonics, period_multiple)
+    support = Support(np.frombuffer(table, dtype=bool).reshape(shape), even)
+    return Basis(support, harmonics, period_multiple)
 
 
 def basis_for(support: Support, harmonics: int, period_multiple: int) -> Basis:
     """The basis of a support, built once per number of harmonics."""
-    return _cached_basis(support.table.tobytes(), support.table.shape, harmonics, period_multiple)
+    table = support.table
+    return _cached_basis(table.tobytes(), table.shape, support.even, harmonics, period_multiple)

@@ -20,7 +20,7 @@ from .special import Detected
 from .system import Array
 from .trace import Orbit, Tracer, real_roots
 
-FREQUENCY_TOLERANCE = 1e-10
+DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
 CONFIRMED = 1e-7
 WINDOW = 0.2  # of the step in which the point was found
 
@@ -41,8 +41,6 @@ def polish(
     tracer = path.tracer
     series = path.steps[detected.place.step]
     a, window = detected.place.a, WINDOW * (series.length - series.start)
-    omega = float(series.rate(a))
-    orbit = tracer.orbit(series, a)
     for _ in range(4):
         try:
             series = _expand_again(tracer, series, a)
@@ -50,16 +48,13 @@ def polish(
         except ContinuationError:
             return None
         orbit = tracer.orbit(series, a)
-        change = abs(orbit.rate / omega - 1)
-        omega = orbit.rate
-        if change < FREQUENCY_TOLERANCE or series.balance.basis.harmonics == tracer.ladder[-1]:
+        shot = shooting.check(orbit)
+        scale = max(1.0, float(np.abs(orbit.coefficients).max()))
+        last = series.balance.basis.harmonics == tracer.ladder[-1]
+        if shot.defect < DEFECT * scale or last:
             break
-    shot = shooting.check(orbit)
-    scale = max(1.0, float(np.abs(orbit.coefficients).max()))
-    if (
-        shot.defect > CONFIRMED * scale
-        or critical_distance(detected.type, shot.multipliers) > CONFIRMED
-    ):
+    distance = critical_distance(detected.type, shot.multipliers)
+    if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
     return Polished(detected.type, orbit, shot.multipliers)
 
@@ -116,17 +111,18 @@ def _zero(
         ]
 
     step = 1e-3 * window
-    here, there = critical([0.0, step])
-    if here == there:
-        raise ContinuationError("the critical multiplier does not move")
-    a = -here * step / (there - here)
-    if abs(a) > window:
-        raise ContinuationError("no zero in the neighbourhood")
-    if abs(a) > 1e-2 * step:
-        last = critical([a])[0]
-        slope = (last - here) / a if a else 1.0
-        a -= last / slope if slope else 0.0
-    return float(a)
+    a, (here, there) = 0.0, critical([0.0, step])
+    slope = (there - here) / step
+    for _ in range(8):
+        change = -here / slope if slope else np.inf
+        if abs(a + change) > window:
+            raise ContinuationError("no zero in the neighbourhood")
+        if abs(change) < 1e-7 * window:  # the secant's next change is its square
+            return a + change
+        before, a = here, a + change
+        here = critical([a])[0]
+        slope = (here - before) / change
+    return a
 
 
 def _critical_value(kind: str, eigenvalues: Array, symmetric: bool) -> float:

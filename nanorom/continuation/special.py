@@ -25,7 +25,7 @@ ROUNDS = 8
 STENCIL = 6  # points of an interpolation
 SAMPLES = 4  # interpolated subdivisions between two points
 LEAVE_ONE_OUT = 0.05
-ROOT_TOLERANCE = 1e-4
+ROOT_TOLERANCE = 0.1  # of a coarsely located root; polishing and shooting decide
 
 
 @dataclass(frozen=True)
@@ -188,6 +188,8 @@ class Detector:
         signs, _ = test_function(kind, self.eigenvalues, slopes)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
+            if kind == "torus" and _neutral(*self.eigenvalues[i : i + 2]):
+                continue
             place = self._locate(kind, self.places[i], self.places[i + 1])
             point = self._classify(kind, place) if place is not None else None
             if point is not None:
@@ -210,7 +212,7 @@ class Detector:
 
         try:
             return Place(
-                step, float(brentq(value, low.a, last, xtol=1e-7 * (last - low.a), rtol=1e-12))
+                step, float(brentq(value, low.a, last, xtol=3e-3 * (last - low.a), rtol=1e-12))
             )
         except ValueError:
             return None
@@ -242,6 +244,17 @@ def _lagrange(nodes: Array, positions: Array) -> Array:
     gaps = np.where(diagonal, 1.0, nodes[:, None] - nodes[None, :])
     ratios = (positions[:, None] - nodes)[:, None, :] / gaps
     return np.asarray(np.where(diagonal, 1.0, ratios).prod(axis=2))
+
+
+def _neutral(before: Array, after: Array) -> bool:
+    """Whether real pairs with product one alone make the torus function change sign."""
+
+    def split(values: Array) -> tuple[int, float]:
+        complex_ones = np.abs(values.imag) > 1e-9
+        outside = np.abs(values[complex_ones]) > 1
+        return int(complex_ones.sum()), (-1.0) ** (outside.sum() // 2)
+
+    return split(before) == split(after)
 
 
 def _vertex(positions: Array, logs: Array) -> float | None:

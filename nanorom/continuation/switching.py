@@ -153,16 +153,19 @@ class Bifurcation:
                 return root
         return None
 
-    def is_end(self, orbit: Orbit, steps: list[Series]) -> bool:
-        """Whether an orbit of the branch is one of its ends.
+    def is_end(self, orbit: Orbit, extent: float) -> bool:
+        """Whether an orbit of a branch of this extent is one of its ends.
 
         There the branch is symmetric about the parent's support, which shows as a fold or a branch
         point that it does not have.
         """
         harmonics = (len(orbit.coefficients) - 1) // 2
         part = np.abs(orbit.coefficients[~self.inherited.rows_mask(harmonics)]).max(initial=0.0)
-        extent = max(float(np.abs(self.outside(step)[0]).max()) for step in steps)
         return bool(part < END_EXTENT * extent)
+
+    def extent(self, steps: list[Series]) -> float:
+        """Largest deviation from the parent's support along the branch."""
+        return max(float(np.abs(self.outside(step)[0]).max()) for step in steps)
 
 
 def real_roots_low(coefficients: Array, length: float) -> float | None:

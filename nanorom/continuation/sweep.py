@@ -1,0 +1,127 @@
+"""Frequency sweeps by time integration: what an instrument would record, jumps included.
+
+The drive frequency is held while the transient dies out, then changed a little with the phase of
+the drive continuous; the largest |q_r| of the last periods is recorded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import attrs
+import numpy as np
+from scipy.integrate import odeint
+
+from nanorom.errors import ContinuationError
+
+from .system import Array, ModalSystem, ScaledSystem
+
+SAMPLES = 64  # of a period, to read amplitudes
+
+
+@attrs.frozen(eq=False)
+class Sweep:
+    """omega (n,), amplitude (n, L) = max |q_r| over the last periods, state (n, 2L) at drive phase 0,
+    settled (n,): whether the stroboscopic state had come to rest (not on a torus or in chaos).
+    """
+
+    omega: Array
+    amplitude: Array
+    state: Array
+    settled: Array
+
+
+def sweep(
+    system: ModalSystem,
+    omega: Sequence[float] | Array,
+    direct: float = 0.0,
+    parametric: float = 0.0,
+    *,
+    state: Array | None = None,
+    periods: int = 300,
+    settle: float = 1e-4,
+    tolerance: float = 1e-7,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sweep:
+    """Integrate the equations of motion while the drive frequency passes through `omega` in order.
+
+    Parameters
+    ----------
+    system : ModalSystem
+    omega : (n,), drive frequencies in the order of the sweep: rising for a forward sweep
+    direct, parametric : drive levels
+    state : (2L,), initial (q, dq/dt); a small disturbance of rest if left out
+    periods : most drive periods waited at one frequency
+    settle : relative change of the state over two drive periods that counts as settled
+    tolerance : relative error of the time integration
+
+    Raises
+    ------
+    ContinuationError
+        for invalid frequencies or if the integration fails.
+    """
+    frequencies = np.asarray(omega, dtype=float)
+    if frequencies.ndim != 1 or not len(frequencies) or not np.all(frequencies > 0):
+        raise ContinuationError("omega: give the frequencies of the sweep as positive numbers")
+    scaled = system.scaled(direct, parametric)
+    size = scaled.size
+    unit = np.repeat([scaled.amplitude, scaled.amplitude * scaled.frequency], size)
+    # parametric resonance needs something to amplify
+    here = np.full(2 * size, 1e-6) if state is None else np.asarray(state, dtype=float) / unit
+    results = []
+    for number, frequency in enumerate(frequencies / scaled.frequency):
+        here, amplitude, settled = _settle(scaled, frequency, here, periods, settle, tolerance)
+        results.append((amplitude * scaled.amplitude, here * unit, settled))
+        if progress is not None:
+            progress(number + 1, len(frequencies))
+    amplitudes, states, rest = zip(*results)
+    return Sweep(frequencies, np.array(amplitudes), np.array(states), np.array(rest))
+
+
+def _settle(
+    system: ScaledSystem,
+    omega: float,
+    state: Array,
+    periods: int,
+    settle: float,
+    tolerance: float,
+) -> tuple[Array, Array, bool]:
+    """State after the transient, amplitudes (L,) of the last two periods, whether it came to rest."""
+    right_side = equations(system, omega)
+    span = 4 * np.pi / omega  # two periods: period-doubled motion is at rest, too
+    options = {"rtol": tolerance, "atol": 1e-4 * tolerance, "tfirst": True, "mxstep": 100_000}
+    chunk = span * np.arange(6)
+    done, settled = 0, False
+    while not settled and done < periods:
+        states = odeint(right_side, state, chunk, **options)
+        if not np.all(np.isfinite(states)):
+            raise ContinuationError(f"time integration failed at omega = {omega:.6g} (scaled)")
+        changes = np.abs(np.diff(states, axis=0)).max(axis=1)
+        settled = bool(changes[-1] < settle * max(np.abs(states[-1]).max(), 1e-12))
+        state, done = states[-1], done + 2 * (len(chunk) - 1)
+    instants = np.linspace(0.0, span, 2 * SAMPLES + 1)
+    motion = odeint(right_side, state, instants, **options)
+    return motion[-1], np.abs(motion[:, : system.size]).max(axis=0), settled
+
+
+def equations(system: ScaledSystem, omega: float) -> Callable[[float, Array], Array]:
+    """d(q, q')/dt of the scaled equations of motion."""
+    size = system.size
+    cubic = system.cubic.reshape(size * size, size * size)
+    quadratic, loss = system.quadratic, system.loss.reshape(size * size, size * size)
+    has_quadratic, has_loss = bool(quadratic.any()), bool(loss.any())
+
+    def right_side(time: float, y: Array) -> Array:
+        q, v = y[:size], y[size:]
+        pairs = np.multiply.outer(q, q).ravel()
+        drive = np.cos(omega * time)
+        matrix = (cubic @ pairs).reshape(size, size) + system.stiffness
+        matrix -= drive * system.parametric
+        if has_quadratic:
+            matrix += quadratic @ q
+        force = matrix @ q + system.damping @ v - drive * system.force
+        if has_loss:
+            force += (loss @ pairs).reshape(size, size) @ v
+        return np.concatenate([v, -force])
+
+    return right_side
