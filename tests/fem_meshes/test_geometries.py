@@ -1,0 +1,45 @@
+"""Every parametric geometry meshes, with its true area and its named boundary."""
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+from nanorom.fem import discretisation, mesh
+
+CURVED = 1e-9  # of areas bounded by circles, on cells of order 8
+ORDER = 8
+
+HOLES = 13  # lattice points within 1 - 0.1 - 0.15 of the centre at pitch 0.35
+AREAS = {
+    "ellipse": ({"a": 1.2, "b": 0.7}, np.pi * 1.2 * 0.7, {"edge"}),
+    "annulus": ({"inner": 0.3}, np.pi * (1 - 0.09), {"outer", "inner"}),
+    "perforated": ({"pitch": 0.35}, np.pi * (1 - HOLES * 0.01), {"edge", "holes"}),
+    "cantilever": ({"width": 0.3}, 0.3, {"clamp", "tip", "sides"}),
+    # pad and tethers, and what eight fillets add between tether and pad
+    "trampoline": (
+        {},
+        0.3**2 + 4 * 0.35 * 0.08 + 8 * (1 - np.pi / 4) * 0.04**2,
+        {"ends", "free"},
+    ),
+    "cross": (
+        {"pad": 0.08},
+        0.08**2 + 4 * 0.46 * 0.08 + 4 * (1 - np.pi / 4) * 0.04**2,
+        {"ends", "free"},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", AREAS)
+def test_area_and_boundary_names_are_right(name):
+    parameters, area, boundaries = AREAS[name]
+    file = discretisation.MESHES / f"{'trampoline' if name == 'cross' else name}.geo"
+    domain = mesh.build(MPI.COMM_WORLD, file, parameters, ORDER)
+    one = fem.Constant(domain.mesh, 1.0)
+    measured = fem.assemble_scalar(
+        fem.form(one * ufl.dx(domain.mesh, metadata={"quadrature_degree": 2 * ORDER}))
+    )
+    assert measured == pytest.approx(area, rel=CURVED)
+    assert set(domain.facets) == boundaries
+    assert all(len(facets) for facets in domain.facets.values())
