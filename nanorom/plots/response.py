@@ -12,6 +12,7 @@ from matplotlib.cm import viridis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
 
 from nanorom.plots.style import COLUMN, save, scaled, styled, with_unit
 from nanorom.response import SPECIAL_POINTS, Response
@@ -23,6 +24,9 @@ MARKERS = {"LP": "s", "PD": "D", "NS": "o", "BP": "^"}
 UNSTABLE = (0, (2.5, 1.2))
 TAKES_PART = 1e-3  # of the largest amplitude; modes below are not drawn
 NEUTRAL = "0.3"
+FINER = 8  # straight pieces per continuation step
+SHORTEST = 1e-9  # of the picture; keeps points apart that coincide
+FEWEST = 5  # points that a smooth curve needs
 BRIGHTEST = 0.85  # of the colour map: the yellow end is too pale for lines
 
 
@@ -149,12 +153,34 @@ def _draw(
 def _stretches(branch: Any) -> Iterator[Curve]:
     """Cut a branch where its stability changes; the unstable side closes the gap."""
     stable = np.asarray(branch.stable, dtype=bool)
+    omega, amplitude, position = _smooth(branch.omega, branch.amplitude)
     changes = np.flatnonzero(np.diff(stable)) + 1
     ends = [0, *changes, len(stable)]
     for start, stop in zip(ends[:-1], ends[1:]):
         holds = bool(stable[start])
-        part = slice(start, stop) if holds else slice(max(start - 1, 0), stop + 1)
-        yield Curve(branch.omega[part], branch.amplitude[part], holds)
+        first, last = (
+            (start, stop - 1) if holds else (max(start - 1, 0), min(stop, len(stable) - 1))
+        )
+        part = slice(position[first], position[last] + 1)
+        yield Curve(omega[part], amplitude[part], holds)
+
+
+def _smooth(omega: Array, amplitude: Array) -> tuple[Array, Array, NDArray[np.int64]]:
+    """A smooth curve through the points of a branch, and where in it the points are.
+
+    The steps of a continuation are long where the branch is easy to predict, too long for straight
+    lines. Akima's interpolation stays local and does not overshoot.
+    """
+    width, height = np.ptp(omega), amplitude.max(initial=0.0)
+    if len(omega) < FEWEST or width == 0 or height == 0:
+        return omega, amplitude, np.arange(len(omega))
+    points = np.column_stack([omega / width, amplitude / height])
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    length = np.concatenate([[0.0], np.cumsum(steps + SHORTEST)])
+    index = np.arange(FINER * (len(omega) - 1) + 1) / FINER
+    fine = np.interp(index, np.arange(len(omega)), length)
+    curve = Akima1DInterpolator(length, np.column_stack([omega, amplitude]))(fine)
+    return curve[:, 0], curve[:, 1:].clip(min=0), FINER * np.arange(len(omega))
 
 
 def _colours(response: Response) -> Any:

@@ -8,7 +8,7 @@ from nanorom.continuation import Branch, Diagram, SpecialPoint
 from nanorom.errors import FileError, ModelError
 from nanorom.excitation import Drive, Sweep
 from nanorom.plots import amplitude_panels, mode_gallery, response_figure
-from nanorom.plots.response import MARKERS
+from nanorom.plots.response import MARKERS, _smooth
 from nanorom.plots.style import COLUMN, scaled, with_unit
 from nanorom.response import Response
 from nanorom.rom import Shapes
@@ -82,7 +82,20 @@ def test_curve_is_solid_where_stable_and_dashed_where_not(response):
     # the unstable stretch reaches to its neighbours, so that no gap shows
     assert dashed.get_xdata()[0] == low[0].get_xdata()[-1]
     assert dashed.get_xdata()[-1] == low[2].get_xdata()[0]
-    assert len(dashed.get_xdata()) == 22
+    computed = np.linspace(19, 25, 100)[[39, 60]]  # last stable point, first stable point
+    assert dashed.get_xdata()[[0, -1]] == pytest.approx(computed, rel=1e-12)
+
+
+def test_drawn_curve_is_smooth_passes_the_computed_points_and_does_not_overshoot():
+    angle = np.linspace(0, 2 * np.pi, 25)
+    omega, amplitude = np.cos(angle), (1 + np.sin(angle))[:, None]
+    fine_omega, fine_amplitude, position = _smooth(omega, amplitude)
+    assert np.allclose(fine_omega[position], omega, rtol=0, atol=1e-12)
+    assert np.allclose(fine_amplitude[position], amplitude, rtol=0, atol=1e-12)
+    radius = np.hypot(fine_omega, fine_amplitude[:, 0] - 1)
+    assert np.abs(radius - 1).max() < 2e-3  # straight lines between the points are 9e-3 off
+    assert fine_amplitude.min() >= 0
+    assert fine_amplitude.max() < 2 + 2e-3
 
 
 def test_axes_are_in_prefixed_units_of_the_data(response):
