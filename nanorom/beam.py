@@ -1,0 +1,171 @@
+"""Doubly held strings and beams in one dimension, with stretching; NumPy and SciPy only.
+
+    rho A w'' + (E I w_xx)_xx - [S + E A/(2 L) int w_x^2 dx] w_xx = 0
+
+with both ends immovable (Euler-Bernoulli with mid-plane stretching; Nayfeh and Mook 1979,
+section 7.2).  The axial displacement is condensed exactly: the axial force is uniform.  Shapes are
+polynomials in Shen's basis (1994, doi:10.1137/0915089), which converges exponentially.
+"""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from nanorom.errors import SolverError
+
+Array = NDArray[np.float64]
+
+CONVERGED = 1e-11  # change of the highest eigenvalue when the basis grows by half
+MOST_FUNCTIONS = 400
+
+
+@attrs.frozen
+class Beam:
+    """A beam between immovable ends, in any consistent units.
+
+    length; axial_stiffness: E A; bending_stiffness: E I (0: a string); tension: S;
+    mass_per_length: rho A; ends: (left, right), each "clamped" or "simply_supported".
+    """
+
+    length: float
+    axial_stiffness: float
+    bending_stiffness: float
+    tension: float
+    mass_per_length: float
+    ends: tuple[str, str] = ("clamped", "clamped")
+
+
+@attrs.frozen(eq=False)
+class BeamModes:
+    """The lowest modes, scaled to max |phi| = 1 and positive there.
+
+    frequency: (L,) Hz; mass: (L,); stiffness: (L, L); cubic: (L, L, L, L) with the force
+    B_rjkl q_j q_k q_l; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx.
+    """
+
+    beam: Beam
+    frequency: Array
+    mass: Array
+    stiffness: Array
+    cubic: Array
+    area: Array
+    slope: Array
+    _coefficients: Array
+
+    def shapes(self, x: Array) -> Array:
+        """Shapes (L, n) at positions x (n,) from 0 to the length."""
+        return legendre.legval(2 * np.asarray(x) / self.beam.length - 1, self._coefficients.T)
+
+
+def modes(beam: Beam, count: int) -> BeamModes:
+    """The ``count`` lowest modes of a beam; raises SolverError if it buckles or is not resolved."""
+    size = 2 * count + 20
+    values, coefficients = _solve(beam, size, count)
+    while True:
+        size += size // 2
+        if size > MOST_FUNCTIONS:
+            raise SolverError(
+                f"{count} modes of a beam with layers of {_layer(beam):.1e} of its length are not "
+                f"resolved by {MOST_FUNCTIONS} functions; ask for fewer modes or use a string"
+            )
+        finer, coefficients = _solve(beam, size, count)
+        if np.abs(finer - values).max() < CONVERGED * finer.max():
+            break
+        values = finer
+    coefficients = coefficients / _peaks(coefficients)[:, None]
+    half = beam.length / 2
+    x, weights = legendre.leggauss(coefficients.shape[1] + 2)
+    phi = legendre.legval(x, coefficients.T)
+    first = legendre.legval(x, legendre.legder(coefficients, 1, axis=1).T) / half
+    second = legendre.legval(x, legendre.legder(coefficients, 2, axis=1).T) / half**2
+    weights = half * weights
+    slope = (first * weights) @ first.T
+    stiffness = beam.tension * slope + beam.bending_stiffness * (second * weights) @ second.T
+    pairs = slope[:, :, None, None] * slope
+    symmetric = (pairs + pairs.transpose(0, 2, 1, 3) + pairs.transpose(0, 3, 2, 1)) / 3
+    return BeamModes(
+        beam,
+        np.sqrt(finer) / (2 * np.pi),
+        beam.mass_per_length * np.sum(phi**2 * weights, axis=1),
+        stiffness,
+        beam.axial_stiffness / (2 * beam.length) * symmetric,
+        phi @ weights,
+        slope,
+        coefficients,
+    )
+
+
+def _layer(beam: Beam) -> float:
+    """Width of the bending layer at a clamped end, relative to the length."""
+    return float(np.sqrt(beam.bending_stiffness / max(beam.tension, 1e-300))) / beam.length
+
+
+def _solve(beam: Beam, size: int, count: int) -> tuple[Array, Array]:
+    """Squared angular frequencies and Legendre coefficients (count, size + 4) of the shapes."""
+    from scipy.linalg import eigh
+
+    basis = _basis(beam, size)
+    half = beam.length / 2
+    n = basis.shape[1]
+    norm = 2 / (2 * np.arange(n) + 1)
+    first = legendre.legder(basis, 1, axis=1)
+    second = legendre.legder(basis, 2, axis=1)
+    mass = beam.mass_per_length * half * (basis * norm) @ basis.T
+    stiffness = beam.tension / half * (first * norm[:-1]) @ first.T
+    stiffness += beam.bending_stiffness / half**3 * (second * norm[:-2]) @ second.T
+    scale = 1 / np.sqrt(np.abs(np.diag(stiffness)))
+    stiffness, mass = (m * np.outer(scale, scale) for m in (stiffness, mass))
+    if np.linalg.eigvalsh(stiffness)[0] <= 0:
+        raise SolverError(
+            "the beam is not stable: its compression exceeds the buckling load, raise the tension"
+        )
+    # the inverse pencil: its largest eigenvalues are the well-determined ones
+    inverse, vectors = eigh(mass, stiffness, subset_by_index=(size - count, size - 1))
+    return 1 / inverse[::-1], (scale[:, None] * vectors[:, ::-1]).T @ basis
+
+
+def _basis(beam: Beam, size: int) -> Array:
+    """Legendre coefficients (size, size + 4) of functions that meet the ends' conditions.
+
+    P_k plus the four (two for a string) next ones that the conditions w = 0 and, at a clamped
+    end, w' = 0 determine.
+    """
+    conditions = []
+    for end, kind in zip((-1.0, 1.0), beam.ends):
+        conditions.append((end, 0))
+        if kind == "clamped" and beam.bending_stiffness > 0:
+            conditions.append((end, 1))
+    n = len(conditions)
+    degrees = np.arange(size + n)
+    values = {
+        (end, 0): end**degrees for end in (-1.0, 1.0)
+    } | {
+        (end, 1): end ** (degrees + 1) * degrees * (degrees + 1) / 2 for end in (-1.0, 1.0)
+    }
+    rows = np.array([values[c] for c in conditions])
+    rows = rows / np.abs(rows).max(axis=1, keepdims=True)
+    basis = np.zeros((size, size + n))
+    for k in range(size):
+        basis[k, k] = 1.0
+        basis[k, k + 1 : k + 1 + n] = np.linalg.solve(rows[:, k + 1 : k + 1 + n], -rows[:, k])
+    return basis
+
+
+def _peaks(coefficients: Array) -> Array:
+    """Signed value of every shape at its largest |phi|, the first of equal ones from the left."""
+    grid = np.cos(np.linspace(np.pi, 0, 20 * coefficients.shape[1]))
+    peaks = np.empty(len(coefficients))
+    for i, c in enumerate(coefficients):
+        value = np.abs(legendre.legval(grid, c))
+        near = value > (1 - 1e-3) * value.max()
+        first = np.flatnonzero(near)[0]
+        run = first + np.argmin(np.append(near[first:], False))
+        x = grid[first + value[first:run].argmax()]
+        d1, d2 = legendre.legder(c), legendre.legder(c, 2)
+        for _ in range(6):
+            x -= legendre.legval(x, d1) / legendre.legval(x, d2)
+        peaks[i] = legendre.legval(x, c)
+    return peaks
