@@ -27,3 +27,7 @@ class FileError(NanoromError):
 
 class ContinuationError(NanoromError):
     """A modal system or a continuation request cannot be followed."""
+
+
+class AccuracyWarning(UserWarning):
+    """A result is less accurate than was asked for; the message says by how much."""

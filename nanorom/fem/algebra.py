@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from dolfinx import fem
 from dolfinx.fem import petsc as _assembly
 from petsc4py import PETSc
 
@@ -30,6 +31,7 @@ class FreeDofs:
         index_map, block = space.dofmap.index_map, space.dofmap.index_map_bs
         self.n_owned = index_map.size_local * block
         self.n_local = self.n_owned + index_map.num_ghosts * block
+        self._space = space
         self.comm = space.mesh.comm
         start = index_map.local_range[0] * block
         free = np.ones(self.n_owned, dtype=bool)
@@ -39,6 +41,17 @@ class FreeDofs:
             (start + self.local).astype(PETSc.IntType), comm=self.comm
         )
         self.size = self.set.getSize()
+
+    def extended(self, values: np.ndarray) -> np.ndarray:
+        """Local values (local dofs, m), ghosts too, of owned free ones (rows, m). Collective."""
+        function = fem.Function(self._space)
+        found = np.empty((self.n_local, values.shape[1]))
+        for i in range(values.shape[1]):
+            function.x.array[:] = 0.0
+            function.x.array[self.local] = values[:, i]
+            function.x.scatter_forward()
+            found[:, i] = function.x.array
+        return found
 
     def restrict(self, matrix: PETSc.Mat) -> PETSc.Mat:
         """Rows and columns of the free degrees of freedom."""

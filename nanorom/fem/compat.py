@@ -183,3 +183,12 @@ def create_surface_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, o
         scalar = ufl.FiniteElement("Lagrange", cell, order, variant="equispaced")
         element = ufl.VectorElement(scalar, dim=3)
     return _distributed(comm, cells, points, ufl.Mesh(element))
+
+
+def orthonormal_polynomials(degree: int, points: np.ndarray) -> np.ndarray:
+    """Orthonormal polynomials of the reference triangle up to a degree, sorted by degree: (p, q)."""
+    return np.asarray(
+        basix.tabulate_polynomials(
+            basix.PolynomialType.legendre, basix.CellType.triangle, degree, points
+        )
+    )

@@ -19,43 +19,49 @@ import numpy as np
 from dolfinx import fem
 from scipy.sparse import csr_matrix
 
-from nanorom.fem import algebra, compat, quadrature
+from nanorom.fem import accuracy, algebra, compat, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import AXES, Parity, product_parity
 
 
-def cubic_tensor(modes: Modes, in_plane: str = "free") -> np.ndarray:
+def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, float]:
     """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l. Collective.
 
-    in_plane : ``"free"`` (condensed) or ``"fixed"``.
+    in_plane : ``"free"`` (condensed) or ``"fixed"``.  Also gives the estimated error of the
+    in-plane energy relative to the largest pair product.
     """
-    return symmetrised(stretching_products(modes.plate, modes.shapes, modes.parities, in_plane))
+    products, error = stretching_products(modes.plate, modes.shapes, modes.parities, in_plane)
+    return symmetrised(products), error
 
 
 def stretching_tensors(
     modes: Modes, in_plane: str = "free"
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Linear, quadratic and cubic stretching force of a film that is not flat. Collective.
 
     (L, L), (L, L, L) and (L, L, L, L), fully symmetric.  The initial shape w0 is one deflection
-    more, of constant amplitude: E(w0 + w) - E(w0) is Marguerre's strain.
+    more, of constant amplitude: E(w0 + w) - E(w0) is Marguerre's strain.  Also gives the
+    estimated error of the in-plane energy.
     """
     plate, n = modes.plate, len(modes.parities)
     shapes = np.column_stack([modes.shapes, plate.shape.x.array])
-    products = stretching_products(plate, shapes, [*modes.parities, plate.mirrors.even], in_plane)
+    parities = [*modes.parities, plate.mirrors.even]
+    products, error = stretching_products(plate, shapes, parities, in_plane)
     mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>
     quadratic = 0.5 * (mixed + mixed.transpose(1, 0, 2) + mixed.transpose(2, 1, 0))
-    return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n])
+    return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n]), error
 
 
 def stretching_products(
     plate: Plate, shapes: np.ndarray, parities: list[Parity], in_plane: str
-) -> np.ndarray:
-    """G (L, L, L, L) of deflections (local dofs, L). Collective."""
+) -> tuple[np.ndarray, float]:
+    """G (L, L, L, L) of deflections (local dofs, L), and its estimated error. Collective."""
     n_modes = len(parities)
     pairs = pairs_by_parity(parities)
     energy, loads = _pair_products(plate, shapes, pairs)
+    largest = max(np.abs(np.diag(e)).max() for e in energy.values())
+    error = 0.0
     if in_plane == "free":
         stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
         for parity in pairs:
@@ -64,11 +70,14 @@ def stretching_products(
                 free.restrict(stiffness), "nanorom_in_plane_", "in-plane stiffness"
             )
             load = assembled(plate, loads[parity])[free.local]
-            energy[parity] -= plate.domain.comm.allreduce(load.T @ factors.solve(load))
+            solution = factors.solve(load)
+            energy[parity] -= plate.domain.comm.allreduce(load.T @ solution)
+            longer, tail = accuracy.in_plane_tails(plate, free.extended(solution))
+            error = max(error, float(accuracy.extrapolated(tail, longer).max() / largest))
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
         _unpack(plate.mirrors.copies * energy[parity], members, products)
-    return products
+    return products, error
 
 
 def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:

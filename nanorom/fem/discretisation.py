@@ -19,9 +19,10 @@ from nanorom.scene import Disc, MeshFile, Scene, String
 
 MESHES = Path(__file__).parents[1] / "meshes"
 DEGREE = 8
-CALIBRATION = (2.3, 1e-8, 9.0)  # wavenumber x size, error and rate at degree 8, drum of 11 modes
+CALIBRATION = (1.6, 1e-7, 8.3)  # wavenumber x size, estimated error, rate: drum, degree 8
 COARSEST = 0.8  # of the film's half width
-LAYER_RATIO = 4.0  # widths of neighbouring rings
+GROWTH = 1.5  # cells per quadrant that each ring of a drum has more than the last
+LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
 CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
 
@@ -43,31 +44,33 @@ class Discretisation:
     whole: bool = False
 
 
-def choose(scene: Scene, length: float, layer: float) -> Discretisation:
+def choose(
+    scene: Scene, length: float, layer: float, tolerance: float | None
+) -> Discretisation:
     """Discretisation for a scene.
 
-    length : the scene's unit of length in m; layer : sqrt(D/T) in that unit, 0 for a membrane.
+    length : the scene's unit of length in m; layer : sqrt(D/T) in that unit, 0 for a membrane;
+    tolerance : error to aim at, None for the degree and mesh size that the scene states.
     """
     geometry, accuracy, mirrors = scene.geometry, scene.accuracy, Mirrors.of(scene)
     if isinstance(geometry, MeshFile):
         degree = accuracy.degree or DEGREE
         return Discretisation(geometry.file, {}, degree, degree)
-    if accuracy.tolerance is None:
+    if tolerance is None:
         degree, size = accuracy.degree, accuracy.mesh_size / length
     else:
-        degree, size = DEGREE, _cell_size(scene, length)
+        degree, size = DEGREE, _cell_size(scene, length, tolerance)
     order = max(degree, 2)
-    tolerance = accuracy.tolerance
     if isinstance(geometry, Disc):
-        return _disc(degree, order, size, layer if tolerance else 0.0, mirrors)
-    return _rectangle(scene, degree, size, length, layer, mirrors)
+        return _disc(degree, order, size, layer, mirrors, tolerance)
+    return _rectangle(scene, degree, size, length, layer, mirrors, tolerance)
 
 
-def _cell_size(scene: Scene, length: float) -> float:
-    """Size of degree-8 cells for the scene's tolerance and shortest wavelength."""
+def _cell_size(scene: Scene, length: float, tolerance: float) -> float:
+    """Size of degree-8 cells for a tolerance at the scene's shortest wavelength."""
     wavenumber = shortest_wave(scene) * length
     scaled, error, rate = CALIBRATION
-    return min(COARSEST, scaled / wavenumber * (scene.accuracy.tolerance / error) ** (1 / rate))
+    return min(COARSEST, scaled / wavenumber * (tolerance / error) ** (1 / rate))
 
 
 def shortest_wave(scene: Scene) -> float:
@@ -84,31 +87,43 @@ def shortest_wave(scene: Scene) -> float:
 
 
 def _disc(
-    degree: int, order: int, size: float, layer: float, mirrors: Mirrors
+    degree: int,
+    order: int,
+    size: float,
+    layer: float,
+    mirrors: Mirrors,
+    tolerance: float | None,
 ) -> Discretisation:
-    """Drum of radius 1, with rings down to the layer where the core's cells are too wide for it."""
-    file = MESHES / "drum.geo"
-    widths = _shrinking(size, layer, LAYER_RATIO)
-    core = 1 - widths.sum()
+    """Drum of radius 1 in rings of equal width, then of widths that shrink to the layer."""
+    shrinking = np.empty(0)
+    if tolerance is not None:
+        shrinking = _shrinking(size, 1.5 * layer, _layer_ratio(tolerance))
+    inner = 1 - shrinking.sum()
+    n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
+    widths = np.concatenate([np.full(n_inner, inner / n_inner), shrinking])
+    radii = np.concatenate([[0.0], np.cumsum(widths)])
+    radii[-1] = 1.0
     parameters = {
         "radius": 1.0,
-        "size": size,
-        "core": core,
         "rings": len(widths),
-        "sectors": 4 * np.ceil(2 * np.pi / (4 * size)),
+        "growth": GROWTH,
+        "sectors": 4 * np.ceil(GROWTH * (n_inner + (0.5 if len(shrinking) else 0))),
         "quadrants": 4 // mirrors.copies,
     }
-    if len(widths) == 0:
-        return Discretisation(file, parameters, degree, order, None, mirrors)
-    radii = np.concatenate([[0.0], 1 - np.cumsum(widths[::-1])[::-1], [1.0]])
-    uniform = np.concatenate([[0.0], core + (1 - core) * np.arange(len(widths) + 1) / len(widths)])
+    uniform = np.linspace(0.0, 1.0, len(radii))
 
     def move(points: np.ndarray) -> np.ndarray:
         radius = np.linalg.norm(points, axis=1)
         scale = np.interp(radius, uniform, radii) / np.where(radius > 0, radius, 1.0)
         return points * scale[:, None]
 
-    return Discretisation(file, parameters, degree, order, Grading(move, polar=core), mirrors)
+    grading = Grading(move, polar=inner)
+    return Discretisation(MESHES / "drum.geo", parameters, degree, order, grading, mirrors)
+
+
+def _layer_ratio(tolerance: float) -> float:
+    """Widths of neighbouring rings towards the edge."""
+    return max(2.0, LAYER_RATIO * (tolerance / 1e-4) ** 0.06)
 
 
 def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
@@ -120,13 +135,19 @@ def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
 
 
 def _rectangle(
-    scene: Scene, degree: int, size: float, length: float, layer: float, mirrors: Mirrors
+    scene: Scene,
+    degree: int,
+    size: float,
+    length: float,
+    layer: float,
+    mirrors: Mirrors,
+    tolerance: float | None,
 ) -> Discretisation:
     """Rows and columns that shrink towards every supported side.
 
     Not towards a free one: the film moves there, and tiny cells would only add rounding error.
     """
-    geometry, tolerance = scene.geometry, scene.accuracy.tolerance
+    geometry = scene.geometry
     sides = {"x": geometry.length / length, "y": geometry.width / length}
     parameters = {"length": sides["x"], "width": sides["y"]}
     size = min(size, max(sides.values()) / 2)

@@ -82,10 +82,10 @@ def tensors(modes: Modes, in_plane: str = "free") -> Tensors:
     """Coefficients by direct condensation, those of the attraction included. Collective."""
     n = len(modes.parities)
     if modes.plate.shape is None:
-        cubic = condensation.cubic_tensor(modes, in_plane)
+        cubic, _ = condensation.cubic_tensor(modes, in_plane)
         found = Tensors(np.zeros((n, n)), np.zeros((n, n, n)), cubic)
     else:
-        found = Tensors(*condensation.stretching_tensors(modes, in_plane))
+        found = Tensors(*condensation.stretching_tensors(modes, in_plane)[:3])
     attraction = modes.plate.attraction
     if attraction is None:
         return found

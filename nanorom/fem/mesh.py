@@ -26,11 +26,15 @@ class Grading:
     """Moves the vertices of a uniform mesh to where small cells are needed.
 
     move: (n, 2) -> (n, 2); polar: cells beyond this radius of the moved mesh are linear in polar
-    coordinates, so that thin rings of wide cells stay valid.
+    coordinates, so that thin rings of wide cells stay valid; within it all edges are straight.
     """
 
     move: Callable[[np.ndarray], np.ndarray]
     polar: float = np.inf
+
+    def is_beyond(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (..., 2) lie on the polar radius or beyond it."""
+        return np.linalg.norm(points, axis=-1) > self.polar * (1 - ON_MIRROR)
 
 
 @attrs.frozen
@@ -191,12 +195,14 @@ def _from_geometry(gmsh: Any, file: Path, order: int, grading: Grading | None) -
     for (i, j), curve in _edge_curves(gmsh, edges, order):
         if grading is not None:
             curve = grading.move(curve)
+            if not grading.is_beyond(curve).all():
+                continue
         edge_points[i, j] = curve
     cells, n_nodes = curved.number_nodes(triangles, len(points), order)
     corners = points[triangles]
     places = curved.curve_cells(corners, _by_cell(triangles, edge_points), order)
     if grading is not None:
-        ring = (np.linalg.norm(corners, axis=2) > grading.polar * (1 - 1e-9)).all(axis=1)
+        ring = grading.is_beyond(corners).all(axis=1)
         places[ring] = curved.polar_cells(corners[ring], order)
     nodes = np.empty((n_nodes, 2))
     nodes[cells] = places

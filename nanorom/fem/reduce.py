@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import attrs
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.errors import SceneError
-from nanorom.fem import compat, condensation, discretisation, drawing, labels, mesh, quadrature
+from nanorom.errors import AccuracyWarning, SceneError
+from nanorom.fem import (
+    accuracy,
+    compat,
+    condensation,
+    discretisation,
+    drawing,
+    labels,
+    mesh,
+    quadrature,
+)
 from nanorom.fem import modes as eigen
 from nanorom.fem import step as stiffness_evaluation
 from nanorom.fem.modes import Modes
@@ -21,6 +32,7 @@ from nanorom.fem.symmetry import Mirrors, line
 from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene
 
+MOST_MESHES = 5  # attempts at a tolerance
 Progress = Callable[[str, int, int], None]  # stage, done, of how many
 
 
@@ -89,33 +101,21 @@ def reduce_scene(
     """
     scales = Scales.of(scene)
     watch = Stopwatch(progress)
-    layer = np.sqrt(scales.bending * scales.tension / max(scene.tension.x, scene.tension.y, 1e-300))
-    # a static load case of STEP mixes modes of every parity: it needs the whole film
-    chosen = attrs.evolve(
-        discretisation.choose(scene, scales.length, float(layer)),
-        whole=scene.reduction.method != "direct",
-    )
-    with watch.stage("mesh"):
-        plate = build_plate(comm, scene, scales, chosen)
-    with watch.stage("modes"):
-        modes = eigen.solve(plate, scene.modes.highest)
-        modes, names = name(scene, modes)
-        modes = normalise(modes)
+    solution = solve_to_tolerance(comm, scene, scales, watch)
+    modes, plate = solution.modes, solution.modes.plate
     selected = np.array(scene.modes.numbers) - 1
-    modes = modes.take(selected)
-    with watch.stage("tensors"):
-        quadratic, cubic, diagnostics = tensors(scene, scales, modes, watch)
     with watch.stage("patterns"):
         products = modal_products(modes)
         points, cells, values = drawing.triangulation(modes)
-    diagnostics |= {
+    diagnostics = solution.diagnostics | {
         "dofs": int(plate.deflections.dofmap.index_map.size_global),
         "cells": int(plate.domain.mesh.topology.index_map(2).size_global),
-        "degree": chosen.degree,
-        "geometry_order": chosen.order,
+        "degree": plate.degree,
+        "mirrors": "".join(plate.mirrors.axes),
         "ranks": comm.size,
         **{f"seconds_{stage}": seconds for stage, seconds in watch.seconds.items()},
     }
+    names, quadratic, cubic = solution.names, solution.quadratic, solution.cubic
     stiffness = scales.tension * products.stiffness
     mass = scales.mass * products.mass
     frequency = scales.frequency(modes.eigenvalues)
@@ -127,7 +127,7 @@ def reduce_scene(
     return ReducedModel(
         frequency=frequency,
         mass=mass,
-        label=tuple(names[i] for i in selected),
+        label=tuple(names),
         number=selected + 1,
         stiffness=stiffness,
         damping=damping,
@@ -142,6 +142,81 @@ def reduce_scene(
         in_plane=scene.reduction.in_plane,
         versions=compat.versions(),
     )
+
+
+@attrs.frozen(eq=False)
+class Solution:
+    """Modes that take part, their names, tensors in SI units, and what is known of the errors."""
+
+    modes: Modes
+    names: list[str]
+    quadratic: np.ndarray
+    cubic: np.ndarray
+    diagnostics: dict[str, Any]
+
+    @property
+    def error(self) -> float:
+        """Largest estimated error of a frequency or of the tensor."""
+        return max(self.diagnostics["error_frequency"], self.diagnostics["error_tensor"])
+
+
+def solve_to_tolerance(
+    comm: MPI.Comm, scene: Scene, scales: Scales, watch: Stopwatch
+) -> Solution:
+    """Solve on a mesh made for the tolerance, and again on finer ones until it is met.
+
+    Warns with AccuracyWarning where rounding or cost forbids it.  Collective.
+    """
+    tolerance = scene.accuracy.tolerance
+    aim, best = tolerance, None
+    for _ in range(1 if tolerance is None else MOST_MESHES):
+        solution = solve(comm, scene, scales, aim, watch)
+        if best is None or solution.error < best.error:
+            best = solution
+        if tolerance is None or best.error <= tolerance:
+            return best
+        rounding = solution.diagnostics["error_rounding"]
+        if rounding > tolerance / 2:
+            break
+        aim *= min(0.3, tolerance / solution.error)
+    warnings.warn(
+        f"tolerance {tolerance:g} is not met: estimated error {best.error:.1e} "
+        f"(of which rounding {best.diagnostics['error_rounding']:.1e})",
+        AccuracyWarning,
+        stacklevel=2,
+    )
+    return best
+
+
+def solve(
+    comm: MPI.Comm, scene: Scene, scales: Scales, aim: float | None, watch: Stopwatch
+) -> Solution:
+    """Modes and tensors on one mesh, with estimates of their errors. Collective."""
+    tension = max(scene.tension.x, scene.tension.y, 1e-300)
+    layer = float(np.sqrt(scales.bending * scales.tension / tension))
+    # a static load case of STEP mixes modes of every parity: it needs the whole film
+    chosen = attrs.evolve(
+        discretisation.choose(scene, scales.length, layer, aim),
+        whole=scene.reduction.method != "direct",
+    )
+    with watch.stage("mesh"):
+        plate = build_plate(comm, scene, scales, chosen)
+    with watch.stage("modes"):
+        modes = eigen.solve(plate, scene.modes.highest)
+        modes, names = name(scene, modes)
+        selected = np.array(scene.modes.numbers) - 1
+        modes = normalise(modes.take(selected))
+    with watch.stage("tensors"):
+        quadratic, cubic, in_plane, diagnostics = tensors(scene, scales, modes, watch)
+    with watch.stage("errors"):
+        errors = accuracy.of_modes(modes)
+        diagnostics |= {
+            "error_frequency": float(errors.frequency.max()),
+            "error_frequencies": errors.frequency,
+            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane),
+            "error_rounding": float(errors.rounding.max()),
+        }
+    return Solution(modes, [names[i] for i in selected], quadratic, cubic, diagnostics)
 
 
 def build_plate(
@@ -199,15 +274,16 @@ def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
 
 def tensors(
     scene: Scene, scales: Scales, modes: Modes, watch: Stopwatch
-) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
-    """Quadratic (N/m^2) and cubic (N/m^3) tensors and what is known of their error. Collective."""
+) -> tuple[np.ndarray, np.ndarray, float, dict[str, Any]]:
+    """Quadratic (N/m^2) and cubic (N/m^3) tensors by the route that the scene asks for.
+
+    Also the estimated error of the in-plane energy and what the route tells of itself. Collective.
+    """
     plate, count = modes.plate, modes.shapes.shape[1]
     in_plane = scene.reduction.in_plane
     if scene.reduction.method == "direct":
-        cubic = condensation.cubic_tensor(modes, in_plane)
-        asymmetry = 0.0
-        quadratic = np.zeros((count,) * 3)
-        return quadratic, scales.cubic * cubic, {"asymmetry": asymmetry}
+        cubic, error = condensation.cubic_tensor(modes, in_plane)
+        return np.zeros((count,) * 3), scales.cubic * cubic, error, {"asymmetry": 0.0}
     amplitude = scene.reduction.amplitude or scene.plate.thickness
     # with deflections in units of the amplitude, stretching is measured against the tension
     strength = scales.cubic * amplitude**2 / scales.tension
@@ -218,7 +294,7 @@ def tensors(
     quadratic = scales.tension / amplitude * result.quadratic
     cubic = scales.cubic / strength * result.cubic
     found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases, "amplitude": amplitude}
-    return quadratic, cubic, found
+    return quadratic, cubic, result.in_plane_error, found
 
 
 @attrs.frozen

@@ -22,7 +22,7 @@ from dolfinx import fem
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat
+from nanorom.fem import accuracy, algebra, compat
 from nanorom.fem.condensation import in_plane_free
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
@@ -79,15 +79,21 @@ def step(
     statics = StaticCases(modes, in_plane)
     cases = list(load_cases(count))
     forces: dict[Case, np.ndarray] = {}
+    displacements = []
     for number, case in enumerate(cases):
         q = np.zeros(count)
         for mode, sign in case:
             q[mode] = sign * amplitude
         forces[case] = statics.nonlinear_force(q)
+        if len(case) == 1:
+            displacements.append(modes.plate.u.x.array.copy())
         if progress is not None:
             progress(number + 1, len(cases))
     quadratic, cubic = coefficients(forces, count, amplitude)
-    return _symmetric(quadratic, cubic, amplitude, len(cases))
+    longer, tail = accuracy.in_plane_tails(modes.plate, np.column_stack(displacements))
+    energy = np.abs(cubic).max() * amplitude**4 / 2
+    in_plane_error = float(accuracy.extrapolated(tail, longer).max() / energy)
+    return _symmetric(quadratic, cubic, amplitude, len(cases), in_plane_error)
 
 
 class StaticCases:
@@ -230,7 +236,11 @@ def coefficients(
 
 
 def _symmetric(
-    quadratic: np.ndarray, cubic: np.ndarray, amplitude: float, n_cases: int
+    quadratic: np.ndarray,
+    cubic: np.ndarray,
+    amplitude: float,
+    n_cases: int,
+    in_plane_error: float,
 ) -> StepResult:
     """Average over the exchange of the equation's index with the others."""
     even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
@@ -243,4 +253,4 @@ def _symmetric(
             (cubic, odd, np.finfo(float).tiny),
         )
     )
-    return StepResult(even, odd, float(asymmetry), n_cases)
+    return StepResult(even, odd, float(asymmetry), n_cases, in_plane_error)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import iv, ivp, jn_zeros, jv, jvp
+from scipy.special import ive, jn_zeros, jv, jvp
 
 from nanorom.scene import Accuracy, Disc, Material, Modes, Plate, Scene, Tension
 
@@ -51,7 +51,7 @@ def clamped_disc(kappa: float, count: int) -> np.ndarray:
 
     def characteristic(b: float, p: int) -> float:
         g = np.sqrt(b**2 + kappa)
-        ratio = ivp(p, g) / iv(p, g) if g < 600 else 1 - 1 / (2 * g)
+        ratio = 0.5 * (ive(p - 1, g) + ive(p + 1, g)) / ive(p, g)
         return b * jvp(p, b) - g * ratio * jv(p, b)
 
     found = []

@@ -1,0 +1,145 @@
+"""How far a solution is from that of the stated model, read off its own spectral decay.
+
+In every cell the fields are expanded in orthonormal polynomials.  The energy beyond degree p is,
+to a constant of order one, the error of a discretisation of degree p, because a Galerkin solution
+is the best approximation in energy (Babuska and Osborn 1991 for eigenvalues).  Known for degrees
+below the one computed with, it is extrapolated to that degree.  The constants were set against the
+exact solutions of discs, squares and strings (``nanorom bench --accuracy``).
+"""
+
+from __future__ import annotations
+
+import attrs
+import basix
+import numpy as np
+
+from nanorom.fem import compat, quadrature
+from nanorom.fem.modes import Modes
+from nanorom.fem.plate import Plate
+
+ROUNDING = 0.3 * np.finfo(float).eps / 2  # per unit of sum K_ii phi_i^2 / lambda: measured
+SHAPE_FACTOR = 1.5  # from the extrapolated tail of the shapes to the error of the cubic tensor
+BACK = 2  # degrees between the two tails that are compared
+
+
+@attrs.frozen(eq=False)
+class ModeErrors:
+    """Estimated relative errors of modes: frequency (n,), of which rounding (n,); shape (n,), L2."""
+
+    frequency: np.ndarray
+    rounding: np.ndarray
+    shape: np.ndarray
+
+
+def of_modes(modes: Modes) -> ModeErrors:
+    """Estimate the errors of frequencies and shapes. Collective."""
+    plate, n_modes = modes.plate, modes.shapes.shape[1]
+    local = modes.shapes[compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]]
+    totals = np.zeros((4, n_modes))  # energy and square of the two tails
+    square = np.zeros(n_modes)
+    projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
+    for field in quadrature.fields(plate, columns=2 * n_modes):
+        cells = local[field.cells]
+        square += _integral(field, np.matmul(field.values, cells) ** 2)
+        for i, projection in enumerate(projections):
+            tail = np.matmul(projection, cells)
+            totals[i] += _linear_energy(plate, field, tail)
+            totals[2 + i] += _integral(field, np.matmul(field.values, tail) ** 2)
+    comm = plate.domain.comm
+    totals, square = comm.allreduce(totals), comm.allreduce(square)
+    total_energy = modes.eigenvalues * square
+    diagonal = np.zeros(n_modes)
+    for i, parity in enumerate(modes.parities):
+        entries = modes.stiffness[parity].getDiagonal().array
+        diagonal[i] = np.sum(np.abs(entries) * modes.shapes[: modes.n_owned, i] ** 2)
+    rounding = ROUNDING * comm.allreduce(diagonal) / total_energy
+    discretisation = 0.5 * extrapolated(totals[1], totals[0]) / total_energy
+    shape = np.sqrt(extrapolated(totals[3], totals[2]) / square)
+    return ModeErrors(discretisation + rounding, rounding, shape)
+
+
+def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
+    """Estimated error of a cubic tensor relative to its largest entry.
+
+    in_plane : estimated error of the condensed in-plane energy, relative to its largest entry.
+    """
+    own = np.abs(np.einsum("iiii->i", cubic))
+    shape = 4 * np.max(modes.shape * own) / np.abs(cubic).max()
+    return float(SHAPE_FACTOR * max(shape, in_plane) + 4 * modes.rounding.max())
+
+
+def in_plane_tails(plate: Plate, displacements: np.ndarray) -> np.ndarray:
+    """Membrane energy (2, m) of the tails of in-plane displacements (local dofs, m). Collective."""
+    dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
+    local = np.stack([displacements[2 * dofs], displacements[2 * dofs + 1]])
+    nu = float(plate.nu.value)
+    stiffness = float(plate.membrane_stiffness.value) / (1 - nu**2)
+    energy = np.zeros((2, displacements.shape[1]))
+    projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
+    for field in quadrature.fields(plate, columns=8 * displacements.shape[1]):
+        for i, projection in enumerate(projections):
+            u, v = (_gradient(field, np.matmul(projection, part[field.cells])) for part in local)
+            xx, yy, xy = u[:, :, 0], v[:, :, 1], 0.5 * (u[:, :, 1] + v[:, :, 0])
+            density = xx**2 + yy**2 + 2 * nu * xx * yy + 2 * (1 - nu) * xy**2
+            energy[i] += stiffness * _integral(field, density)
+    return plate.domain.comm.allreduce(energy)
+
+
+def extrapolated(tail: np.ndarray, longer: np.ndarray) -> np.ndarray:
+    """What is beyond degree k, from what is beyond k - 1 and beyond k - 1 - `BACK`.
+
+    Each degree is taken to shrink the tail by the same factor.
+    """
+    decay = np.divide(tail, longer, out=np.ones_like(tail), where=longer > 0)
+    return tail * decay ** (1 / BACK)
+
+
+def _tail_degrees(degree: int) -> tuple[int, int]:
+    return max(degree - 1 - BACK, 0), degree - 1
+
+
+def _tail_projection(degree: int, kept: int) -> np.ndarray:
+    """Matrix (n, n) from nodal values to those of the part beyond degree ``kept``."""
+    nodes = np.asarray(compat.reference_element(degree).points)
+    basis = compat.orthonormal_polynomials(degree, nodes)
+    beyond = np.arange(len(basis)) >= (kept + 1) * (kept + 2) // 2
+    return (basis.T * beyond) @ np.linalg.inv(basis.T)
+
+
+def _integral(field: quadrature.CellFields, density: np.ndarray) -> np.ndarray:
+    """Integral (L,) of a density (c, q, L)."""
+    return field.weights.ravel() @ density.reshape(field.weights.size, -1)
+
+
+def _gradient(field: quadrature.CellFields, local: np.ndarray) -> np.ndarray:
+    """Gradient (c, q, 2, L) of fields with cell coefficients (c, n, L)."""
+    c, q, _, n = field.gradients.shape
+    return np.matmul(field.gradients.reshape(c, 2 * q, n), local).reshape(c, q, 2, -1)
+
+
+def _linear_energy(plate: Plate, field: quadrature.CellFields, local: np.ndarray) -> np.ndarray:
+    """Energy (L,) of tension and bending inside the cells, without the terms on facets."""
+    slope = _gradient(field, local)
+    tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)])
+    energy = _integral(field, np.einsum("d,cqdl->cql", tension, slope**2))
+    if plate.bending:
+        energy += float(plate.bending_stiffness.value) * _integral(
+            field, _curvature_square(plate, field, local)
+        )
+    return energy
+
+
+def _curvature_square(
+    plate: Plate, field: quadrature.CellFields, local: np.ndarray
+) -> np.ndarray:
+    """|grad grad|^2 (c, q, L), the curvature of the cells' maps left out."""
+    points = np.asarray(
+        basix.make_quadrature(basix.CellType.triangle, plate.stretching_degree)[0]
+    )
+    second = np.asarray(compat.reference_element(plate.degree).tabulate(2, points))
+    second = second.reshape(6, len(points), -1)[[3, 4, 5]]
+    inverse = np.linalg.inv(quadrature.map_cells(plate, field.cells, points)[1])
+    xx, xy, yy = (np.matmul(part, local) for part in second)
+    reference = np.stack([np.stack([xx, xy], axis=2), np.stack([xy, yy], axis=2)], axis=2)
+    curvature = np.einsum("cqijl,cqid,cqje->cqdel", reference, inverse, inverse, optimize=True)
+    return np.sum(curvature**2, axis=(2, 3))
