@@ -47,7 +47,7 @@ def main(directory="results/string", **changes):
     print(f"bistable beyond {onset:.4f} Pa\n")
     for (pressure, _), diagram in zip(response.drive.levels, response.diagrams):
         folds = sorted(f"{point.omega / tau / 1e3:.4f}" for point in diagram.points("LP"))
-        print(f"{pressure:g} Pa: folds at {' and '.join(folds) or 'no frequency'} (kHz)")
+        print(f"{pressure:g} Pa:", f"folds at {' and '.join(folds)} kHz" if folds else "no fold")
 
 
 if __name__ == "__main__":

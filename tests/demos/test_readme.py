@@ -46,7 +46,7 @@ def test_commands_work_one_after_the_other(tmp_path, monkeypatch, capsys):
     assert [line.split()[0] for line in lines] == ["run", "reduce", "info", "respond", "plot"]
     for line in lines:
         assert main(shlex.split(line)) == 0, capsys.readouterr().err
-    assert (tmp_path / "amplitudes.png").is_file()
+    assert (tmp_path / "results/amplitudes.png").is_file()
 
 
 def test_files_and_modules_that_are_named_exist():
