@@ -63,6 +63,10 @@ def _names(value: Iterable[Any]) -> tuple[str, ...]:
     return tuple(str(name) for name in value)
 
 
+def _copy(value: Mapping[str, Any]) -> dict[str, Any]:
+    return dict(value)
+
+
 @attrs.frozen(eq=False)
 class Shapes:
     """Mode shapes on a triangulation, to draw them and to rebuild the moving film.
@@ -111,11 +115,11 @@ class ReducedModel:
     drive: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     parametric: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     shapes: Shapes | None = None
-    diagnostics: dict[str, Any] = attrs.field(converter=dict, factory=dict)
+    diagnostics: dict[str, Any] = attrs.field(converter=_copy, factory=dict)
     scene: str = ""
     method: str = ""
     in_plane: str = ""
-    versions: dict[str, str] = attrs.field(converter=dict, factory=dict)
+    versions: dict[str, str] = attrs.field(converter=_copy, factory=dict)
 
     def __attrs_post_init__(self) -> None:
         n = self.size
@@ -284,6 +288,7 @@ class ReducedModel:
             cubic=self.cubic,
             direct=j,
             parametric=p,
+            cubic_damping=np.zeros_like(self.cubic),
         )
 
     def save(self, path: str | Path) -> None:

@@ -18,174 +18,37 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import attrs
 
 from nanorom import validation as v
 from nanorom.errors import SceneError
 from nanorom.excitation import Damping, Drive, Sweep, check_complete
+from nanorom.film import STRING_ENDS, Material, Plate, Support, Tension
+from nanorom.geometry import Disc, Geometry, MeshFile, Rectangle, String, read_geometry
 
-KINDS = ("clamped", "simply_supported", "free")
+__all__ = [
+    "Accuracy",
+    "Damping",
+    "Disc",
+    "Drive",
+    "Material",
+    "MeshFile",
+    "Modes",
+    "Plate",
+    "Rectangle",
+    "Reduction",
+    "Scene",
+    "String",
+    "Support",
+    "Sweep",
+    "Tension",
+]
+
 MOST_MODES = 100  # the cubic tensor has L^4 entries
 HIGHEST_MODE = 1000
 HIGHEST_DEGREE = 8
-
-
-@attrs.frozen
-class Disc:
-    """Circular film; its boundary is "edge"."""
-
-    shape: ClassVar[str] = "disc"
-    sides: ClassVar[tuple[str, ...]] = ("edge",)
-    radius: float = v.quantity("geometry.radius", "m")
-
-
-@attrs.frozen
-class Rectangle:
-    """Rectangular film, length along x and width along y."""
-
-    shape: ClassVar[str] = "rectangle"
-    sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
-    length: float = v.quantity("geometry.length", "m")
-    width: float = v.quantity("geometry.width", "m")
-
-
-@attrs.frozen
-class String(Rectangle):
-    """Narrow rectangle, held at its short ends left and right unless the scene says otherwise."""
-
-    shape: ClassVar[str] = "string"
-
-    def __attrs_post_init__(self) -> None:
-        if self.width > self.length:
-            raise SceneError(
-                f"geometry.width: found {self.width:g} m; allowed: at most the length "
-                f"({self.length:g} m) of a string"
-            )
-
-
-def _mesh_path(value: Any) -> Path:
-    key = "geometry.file"
-    if not isinstance(value, (str, Path)) or str(value) == "":
-        raise v.wrong(key, value, "the name of a .msh or .geo file")
-    path = Path(value)
-    if path.suffix not in (".msh", ".geo"):
-        raise v.wrong(key, str(value), "the name of a .msh or .geo file")
-    return path
-
-
-@attrs.frozen
-class MeshFile:
-    """Film meshed by gmsh; its boundaries are the physical curves of the file."""
-
-    shape: ClassVar[str] = "mesh"
-    sides: ClassVar[tuple[str, ...]] = ()
-    file: Path = v.custom("geometry.file", _mesh_path)
-    scale: float = v.quantity("geometry.scale", "1", default=1.0)
-
-    def __attrs_post_init__(self) -> None:
-        if not self.file.is_file():
-            raise SceneError(f"geometry.file: found '{self.file}'; there is no such file")
-
-
-Geometry = Disc | Rectangle | String | MeshFile
-SHAPES: dict[str, Any] = {"disc": Disc, "rectangle": Rectangle, "string": String, "mesh": MeshFile}
-
-
-@attrs.frozen
-class Plate:
-    """The film's thickness and model: membrane (no bending), plate (Kirchhoff) or auto."""
-
-    thickness: float = v.quantity("plate.thickness", "m")
-    model: str = v.choice("plate.model", ("auto", "membrane", "plate"), default="auto")
-
-
-@attrs.frozen
-class Material:
-    """Isotropic linear elastic material."""
-
-    youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa")
-    poisson_ratio: float = v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5))
-    density: float = v.quantity("material.density", "kg/m^3")
-
-
-@attrs.frozen
-class Tension:
-    """Film tension along x and y in N/m; negative is compression."""
-
-    x: float = v.quantity("tension.x", "N/m", v.ANY)
-    y: float = v.quantity("tension.y", "N/m", v.ANY)
-
-    @classmethod
-    def isotropic(cls, value: Any) -> Tension:
-        """The same tension in every direction."""
-        tension = v.read_quantity(value, "N/m", "tension.value")
-        return cls(tension, tension)
-
-    @classmethod
-    def from_stress(cls, stress: Any, thickness: Any) -> Tension:
-        """Isotropic film stress (Pa) times thickness (m)."""
-        tension = v.read_quantity(stress, "Pa", "tension.stress") * v.read_quantity(
-            thickness, "m", "plate.thickness", v.POSITIVE
-        )
-        return cls(tension, tension)
-
-    @classmethod
-    def from_table(cls, table: Any, plate: Plate) -> Tension:
-        """Read [tension]: value, or x and y, or stress."""
-        v.check_keys("tension", table, ("value", "x", "y", "stress"))
-        match sorted(table):
-            case ["x", "y"]:
-                return cls(table["x"], table["y"])
-            case ["value"]:
-                return cls.isotropic(table["value"])
-            case ["stress"]:
-                return cls.from_stress(table["stress"], plate.thickness)
-        found = " and ".join(sorted(table)) or "no key"
-        raise SceneError(f"tension: found {found}; allowed: value, or x and y, or stress")
-
-
-def _sides(value: Any) -> str | dict[str, str]:
-    if isinstance(value, str):
-        kind = v.read_choice(value, "support.edge", KINDS)
-        if kind == "free":
-            raise SceneError("support.edge: every side is free; hold at least one side")
-        return kind
-    if not isinstance(value, Mapping) or len(value) == 0:
-        raise v.wrong("support.edge", value, f"{' | '.join(KINDS)}, or a table of sides")
-    sides = {str(name): v.read_choice(k, f"support.{name}", KINDS) for name, k in value.items()}
-    if all(kind == "free" for kind in sides.values()):
-        raise SceneError("support.edge: every side is free; hold at least one side")
-    return sides
-
-
-@attrs.frozen
-class Support:
-    """How the film is held: one kind all around, or a table of kinds by side or tagged boundary.
-
-    Sides that a table does not name get its ``default``, and are free without one.
-    """
-
-    edge: str | Mapping[str, str] = v.custom("support.edge", _sides, default="clamped")
-
-    @property
-    def default(self) -> str:
-        """Kind of the boundaries that have no entry of their own."""
-        return self.edge if isinstance(self.edge, str) else self.edge.get("default", "free")
-
-    @property
-    def named(self) -> dict[str, str]:
-        """Kinds of the sides and tags that have an entry of their own."""
-        sides = {} if isinstance(self.edge, str) else self.edge
-        return {name: kind for name, kind in sides.items() if name != "default"}
-
-    def kind(self, side: str) -> str:
-        """clamped | simply_supported | free, of a side or tagged boundary."""
-        return self.named.get(side, self.default)
-
-
-STRING_ENDS = Support({"left": "clamped", "right": "clamped"})
 
 
 def _mode_numbers(value: Any) -> tuple[int, ...]:
@@ -348,7 +211,7 @@ class Scene:
         given: dict[str, Any] = {}
         for name, table in document.items():
             if name == "geometry":
-                given[name] = _geometry(table, Path(directory))
+                given[name] = read_geometry(table, Path(directory))
             elif name == "tension":
                 plate = v.from_table(Plate, "plate", document["plate"])
                 given[name] = Tension.from_table(table, plate)
@@ -405,14 +268,3 @@ _CLASSES: dict[str, Any] = {
     "drive": Drive,
     "sweep": Sweep,
 }
-
-
-def _geometry(table: Mapping[str, Any], directory: Path) -> Geometry:
-    """Read [geometry]; the shape decides which keys it has."""
-    if "shape" not in table:
-        raise SceneError(f"geometry.shape: missing; allowed: {' | '.join(SHAPES)}")
-    cls = SHAPES[v.read_choice(table["shape"], "geometry.shape", SHAPES)]
-    rest = {key: value for key, value in table.items() if key != "shape"}
-    if cls is MeshFile and isinstance(rest.get("file"), str) and rest["file"]:
-        rest["file"] = str(directory / rest["file"])
-    return v.from_table(cls, "geometry", rest)

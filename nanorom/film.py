@@ -1,0 +1,108 @@
+"""The film: thickness, material, tension and how its edge is held."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+
+from nanorom import validation as v
+from nanorom.errors import SceneError
+
+KINDS = ("clamped", "simply_supported", "free")
+
+
+@attrs.frozen
+class Plate:
+    """The film's thickness and model: membrane (no bending), plate (Kirchhoff) or auto."""
+
+    thickness: float = v.quantity("plate.thickness", "m")
+    model: str = v.choice("plate.model", ("auto", "membrane", "plate"), default="auto")
+
+
+@attrs.frozen
+class Material:
+    """Isotropic linear elastic material."""
+
+    youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa")
+    poisson_ratio: float = v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5))
+    density: float = v.quantity("material.density", "kg/m^3")
+
+
+@attrs.frozen
+class Tension:
+    """Film tension along x and y in N/m; negative is compression."""
+
+    x: float = v.quantity("tension.x", "N/m", v.ANY)
+    y: float = v.quantity("tension.y", "N/m", v.ANY)
+
+    @classmethod
+    def isotropic(cls, value: Any) -> Tension:
+        """The same tension in every direction."""
+        tension = v.read_quantity(value, "N/m", "tension.value")
+        return cls(tension, tension)
+
+    @classmethod
+    def from_stress(cls, stress: Any, thickness: Any) -> Tension:
+        """Isotropic film stress (Pa) times thickness (m)."""
+        tension = v.read_quantity(stress, "Pa", "tension.stress") * v.read_quantity(
+            thickness, "m", "plate.thickness", v.POSITIVE
+        )
+        return cls(tension, tension)
+
+    @classmethod
+    def from_table(cls, table: Any, plate: Plate) -> Tension:
+        """Read [tension]: value, or x and y, or stress."""
+        v.check_keys("tension", table, ("value", "x", "y", "stress"))
+        match sorted(table):
+            case ["x", "y"]:
+                return cls(table["x"], table["y"])
+            case ["value"]:
+                return cls.isotropic(table["value"])
+            case ["stress"]:
+                return cls.from_stress(table["stress"], plate.thickness)
+        found = " and ".join(sorted(table)) or "no key"
+        raise SceneError(f"tension: found {found}; allowed: value, or x and y, or stress")
+
+
+def _sides(value: Any) -> str | dict[str, str]:
+    if isinstance(value, str):
+        kind = v.read_choice(value, "support.edge", KINDS)
+        if kind == "free":
+            raise SceneError("support.edge: every side is free; hold at least one side")
+        return kind
+    if not isinstance(value, Mapping) or len(value) == 0:
+        raise v.wrong("support.edge", value, f"{' | '.join(KINDS)}, or a table of sides")
+    sides = {str(name): v.read_choice(k, f"support.{name}", KINDS) for name, k in value.items()}
+    if all(kind == "free" for kind in sides.values()):
+        raise SceneError("support.edge: every side is free; hold at least one side")
+    return sides
+
+
+@attrs.frozen
+class Support:
+    """How the film is held: one kind all around, or a table of kinds by side or tagged boundary.
+
+    Sides that a table does not name get its ``default``, and are free without one.
+    """
+
+    edge: str | Mapping[str, str] = v.custom("support.edge", _sides, default="clamped")
+
+    @property
+    def default(self) -> str:
+        """Kind of the boundaries that have no entry of their own."""
+        return self.edge if isinstance(self.edge, str) else self.edge.get("default", "free")
+
+    @property
+    def named(self) -> dict[str, str]:
+        """Kinds of the sides and tags that have an entry of their own."""
+        sides = {} if isinstance(self.edge, str) else self.edge
+        return {name: kind for name, kind in sides.items() if name != "default"}
+
+    def kind(self, side: str) -> str:
+        """clamped | simply_supported | free, of a side or tagged boundary."""
+        return self.named.get(side, self.default)
+
+
+STRING_ENDS = Support({"left": "clamped", "right": "clamped"})
