@@ -112,10 +112,10 @@ class Film:
         about = copy.copy(plate)
         force = plate.stretching_force(u, w)
         about.prestress = force if plate.prestress is None else plate.prestress + force
-        about.shape = fem.Function(plate.deflections)
-        about.shape.x.array[:] = w.x.array
-        if plate.shape is not None:
-            about.shape.x.array[:] += plate.shape.x.array
+        shape = w.x.array if plate.shape is None else w.x.array + plate.shape.x.array
+        if plate.domain.comm.allreduce(float(np.abs(shape).max(initial=0.0)), op=MPI.MAX) > 0:
+            about.shape = fem.Function(plate.deflections)
+            about.shape.x.array[:] = shape
         if load is not None and load.gap < np.inf:
             about.attraction = Attraction(load.gap, magnitude)
         return about

@@ -74,6 +74,7 @@ class StaticProblem:
             self._full.axpy(1.0, constant, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         self.stiffness = self.free.restrict(self._full)
         self._solver = self._direct_solver()
+        self._preload = self.norm(self.residual())
 
     # -- the discrete problem -------------------------------------------------------------------
 
@@ -184,7 +185,7 @@ class StaticProblem:
         self._use_direct(snes.getKSP())
         x.array[:] = before if guess is None else guess
         self.set_state(before, magnitude)
-        scale = abs(magnitude) * self.norm(self.load())
+        scale = self._preload + abs(magnitude) * self.norm(self.load())
         snes.setTolerances(
             rtol=0.0, atol=RESIDUAL * scale, stol=STEP, max_it=MOST_NEWTON_STEPS
         )
@@ -259,11 +260,7 @@ def load_steps(
 
 
 def arc_length(
-    problem: StaticProblem,
-    target: float,
-    step: float,
-    most_steps: int = 200,
-    largest: float | None = None,
+    problem: StaticProblem, target: float, step: float, most_steps: int = 200
 ) -> Iterator[PathPoint]:
     """States along the path from the current one, through limit points, up to a load.
 
@@ -271,79 +268,135 @@ def arc_length(
     what this first step changes.  The last state is at ``target`` exactly.  The caller may stop at
     any time; raises SolverError, with the load reached, when steps become too small or too many.
     """
-    p, x = float(problem.magnitude.value), problem.free_values()
-    problem.factorise()
-    rate = problem.back_substitute(problem.load())
-    scale = 1 / (abs(step) * problem.norm(rate))
-
-    def product(a: tuple[np.ndarray, float], b: tuple[np.ndarray, float]) -> float:
-        states = problem.comm.allreduce(a[0] @ b[0]) * scale**2
-        return float(states + a[1] * b[1] / step**2)
-
-    tangent = _tangent(rate, np.sign(target - p), product)
-    length = np.sqrt(2.0)
-    longest = largest or 20 * length
+    path = Path(problem, np.sign(target - float(problem.magnitude.value)) * abs(step))
     for _ in range(most_steps):
-        while True:
-            found = _correct(problem, x, p, tangent, length, product)
-            if found is not None:
-                break
-            length /= 2
-            if length < SMALLEST_CUT:
-                problem.set_state(x, p)
-                raise SolverError(f"the load path stopped at load {p:g}: its steps vanish")
-        x_new, p_new, steps = found
+        x, p = path.state
+        x_new, p_new = path.advance()
         if (p_new - target) * (p - target) <= 0:
-            guess = x + (x_new - x) * (target - p) / (p_new - p)
-            problem.solve(target, guess)
+            problem.solve(target, x + (x_new - x) * (target - p) / (p_new - p))
             problem.factorise()
             yield PathPoint(target, problem.free_values(), problem.negative_pivots())
             return
-        x, p = x_new, p_new
+        yield PathPoint(p_new, x_new, problem.negative_pivots())
+    raise SolverError(
+        f"the load path was still at load {path.state[1]:g} of {target:g} after {most_steps} steps"
+    )
+
+
+def limit_point(
+    problem: StaticProblem, step: float, most_steps: int = 200, accept: Any = None
+) -> PathPoint:
+    """The first state on the path at which the load is largest (or smallest, for a step < 0).
+
+    There the film snaps through or is pulled in.  Raises SolverError when ``accept`` refuses a
+    state (contact) or no limit point comes within ``most_steps``.
+    """
+    from scipy.optimize import brentq
+
+    path = Path(problem, step)
+    for _ in range(most_steps):
+        before = path.state, path.tangent
+        x, p = path.advance()
+        if accept is not None and not accept(problem):
+            raise SolverError(f"contact at load {p:g} before a limit point")
+        if path.tangent[1] * step > 0:
+            continue
+        travelled = path.product(
+            (x - before[0][0], p - before[0][1]), before[1]
+        )
+        path.state, path.tangent = before
+
+        def slope(length: float) -> float:
+            found = path.at(length)
+            if found is None:
+                raise SolverError(f"the limit point near load {p:g} cannot be resolved")
+            return float(path.tangent_at(found)[1])
+
+        at = brentq(slope, 0.0, travelled, xtol=1e-8 * travelled, rtol=1e-8)
+        slope(at)
+        magnitude = float(problem.magnitude.value)
+        return PathPoint(magnitude, problem.free_values(), problem.negative_pivots())
+    raise SolverError(f"no limit point up to load {path.state[1]:g} in {most_steps} steps")
+
+
+State = tuple[np.ndarray, float]  # owned free dofs and load
+
+
+class Path:
+    """A load path, followed by its length from the current state of a problem.
+
+    The first step changes the load by about ``step``; its sign is the direction.
+    """
+
+    def __init__(self, problem: StaticProblem, step: float) -> None:
+        self.problem = problem
+        self.state: State = problem.free_values(), float(problem.magnitude.value)
         problem.factorise()
-        yield PathPoint(p, x, problem.negative_pivots())
-        problem.set_state(x, p)
         rate = problem.back_substitute(problem.load())
-        new = _tangent(rate, 1.0, product)
-        tangent = new if product(new, tangent) > 0 else (-new[0], -new[1])
-        if steps <= EASY:
-            length = min(GROWTH * length, longest)
-    raise SolverError(f"the load path was still at load {p:g} after {most_steps} steps")
+        self._units = 1 / (abs(step) * problem.norm(rate)), 1 / abs(step)
+        self.tangent = self._unit(rate, np.sign(step))
+        self.length = np.sqrt(2.0)
+        self._longest = 20 * self.length
 
+    def product(self, a: State, b: State) -> float:
+        """Scalar product of two directions."""
+        states = self.problem.comm.allreduce(a[0] @ b[0])
+        return float(states * self._units[0] ** 2 + a[1] * b[1] * self._units[1] ** 2)
 
-def _tangent(rate: np.ndarray, sign: float, product: Any) -> tuple[np.ndarray, float]:
-    """Unit tangent (dx, dp) of the path from dx/dp."""
-    size = np.sqrt(product((rate, 1.0), (rate, 1.0)))
-    return sign * rate / size, float(sign / size)
+    def _unit(self, rate: np.ndarray, sign: float) -> State:
+        """Unit tangent (dx, dp) from dx/dp."""
+        size = np.sqrt(self.product((rate, 1.0), (rate, 1.0)))
+        return sign * rate / size, float(sign / size)
 
+    def tangent_at(self, state: State) -> State:
+        """Unit tangent at a converged state, in the sense of the last one."""
+        self.problem.set_state(*state)
+        self.problem.factorise()
+        tangent = self._unit(self.problem.back_substitute(self.problem.load()), 1.0)
+        forward = self.product(tangent, self.tangent) > 0
+        return tangent if forward else (-tangent[0], -tangent[1])
 
-def _correct(
-    problem: StaticProblem,
-    x: np.ndarray,
-    p: float,
-    tangent: tuple[np.ndarray, float],
-    length: float,
-    product: Any,
-) -> tuple[np.ndarray, float, int] | None:
-    """Newton's method on the plane at a distance along the tangent; None if it fails."""
-    x_new, p_new = x + length * tangent[0], p + length * tangent[1]
-    for iteration in range(MOST_NEWTON_STEPS):
-        problem.set_state(x_new, p_new)
-        try:
-            problem.factorise()
-        except SolverError:
-            return None
-        r, f = problem.residual(), problem.load()
-        by_load, by_residual = problem.back_substitute(f), problem.back_substitute(r)
-        gap = length - product((x_new - x, p_new - p), tangent)
-        # K dx - F dp = -r on the plane <(dx, dp), tangent> = gap
-        dp = (gap + product((by_residual, 0.0), tangent)) / product((by_load, 1.0), tangent)
-        dx = by_load * dp - by_residual
-        x_new, p_new = x_new + dx, p_new + dp
-        size = np.sqrt(product((dx, dp), (dx, dp)))
-        if not np.isfinite(size) or size > 10 * length * (1 + iteration == 1):
-            return None
-        if size < STEP * (length + np.sqrt(product((x_new, p_new), (x_new, p_new)))):
+    def advance(self) -> State:
+        """Go on by one step, shortened until Newton's method converges; the new state."""
+        while True:
+            found = self.at(self.length)
+            if found is not None:
+                break
+            self.length /= 2
+            if self.length < SMALLEST_CUT:
+                self.problem.set_state(*self.state)
+                raise SolverError(
+                    f"the load path stopped at load {self.state[1]:g}: its steps vanish"
+                )
+        self.tangent = self.tangent_at(found)
+        self.state = found
+        if self._steps <= EASY:
+            self.length = min(GROWTH * self.length, self._longest)
+        return found
+
+    def at(self, length: float) -> State | None:
+        """The state on the path at a distance along the tangent; None if Newton's method fails."""
+        problem, (x, p), tangent = self.problem, self.state, self.tangent
+        x_new, p_new = x + length * tangent[0], p + length * tangent[1]
+        for self._steps in range(1, MOST_NEWTON_STEPS):
             problem.set_state(x_new, p_new)
-            return x_new, p_new, iteration + 1
-    return None
+            try:
+                problem.factorise()
+            except SolverError:
+                return None
+            by_load = problem.back_substitute(problem.load())
+            by_residual = problem.back_substitute(problem.residual())
+            gap = length - self.product((x_new - x, p_new - p), tangent)
+            # K dx - F dp = -R on the plane <(dx, dp), tangent> = gap
+            dp = gap + self.product((by_residual, 0.0), tangent)
+            dp /= self.product((by_load, 1.0), tangent)
+            dx = by_load * dp - by_residual
+            x_new, p_new = x_new + dx, p_new + dp
+            size = np.sqrt(self.product((dx, dp), (dx, dp)))
+            if not np.isfinite(size) or size > 10 * self.length:
+                return None
+            whole = np.sqrt(self.product((x_new, p_new), (x_new, p_new)))
+            if size < STEP * (length + whole):
+                problem.set_state(x_new, p_new)
+                return x_new, float(p_new)
+        return None
