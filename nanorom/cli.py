@@ -8,6 +8,7 @@ import os
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,7 +27,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not options.debug:
         logging.disable(logging.INFO)  # the form compiler prints its C compiler's command lines
     try:
-        options.command(options)
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning
+            options.command(options)
         sys.stdout.flush()
     except BrokenPipeError:  # the reader of a pipe has had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -40,6 +43,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = f"unexpected {type(error).__name__}: {error} (--debug shows where)"
         return _fail(options, message)
     return 0
+
+
+def _show_warning(message: Warning | str, *_: Any) -> None:
+    from nanorom.workflow import mpi_rank
+
+    if mpi_rank() == 0:
+        print(f"nanorom: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 def _fail(options: argparse.Namespace, message: str, status: int = 1) -> int:

@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+import warnings
 
 import h5py
 import numpy as np
@@ -325,6 +326,21 @@ def test_only_the_first_rank_speaks(monkeypatch, capsys):
     monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "1")
     assert main(["info", "none.h5"]) == 1
     assert capsys.readouterr().err == ""
+
+
+def test_warning_is_one_line_and_no_failure(rom, monkeypatch, capsys):
+    from nanorom import cli
+    from nanorom.errors import AccuracyWarning
+
+    load = cli._load
+
+    def warn(path):
+        warnings.warn("less\naccurate", AccuracyWarning, stacklevel=1)
+        return load(path)
+
+    monkeypatch.setattr(cli, "_load", warn)
+    assert main(["info", str(rom)]) == 0
+    assert capsys.readouterr().err == "nanorom: warning: less accurate\n"
 
 
 def test_interrupt_is_one_line(monkeypatch, capsys):
