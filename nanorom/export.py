@@ -77,7 +77,7 @@ def monomials(tensor: Array) -> list[tuple[tuple[int, ...], Array]]:
     for indices in combinations_with_replacement(range(size), order):
         total = np.zeros(size)
         for each in set(permutations(indices)):
-            total += tensor[(slice(None), *each)]
+            total += np.moveaxis(tensor, 0, -1)[each]
         if np.any(total):
             result.append((indices, total))
     return result

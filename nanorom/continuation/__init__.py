@@ -3,21 +3,30 @@
 Periodic orbits, stability and bifurcations.
 """
 
+from .backbone import Backbone, backbone
 from .diagram import Branch, Diagram, SpecialPoint
 from .explore import explore
 from .levels import explore_levels
+from .locus import Locus, locus
 from .orbit import PeriodicOrbit
 from .states import State, states
+from .sweep import Sweep, sweep
 from .system import ModalSystem
 
 __all__ = [
+    "Backbone",
     "Branch",
     "Diagram",
+    "Locus",
     "ModalSystem",
     "PeriodicOrbit",
     "SpecialPoint",
     "State",
+    "Sweep",
+    "backbone",
     "explore",
     "explore_levels",
+    "locus",
     "states",
+    "sweep",
 ]

@@ -107,7 +107,9 @@ def _conservative(system: ScaledSystem) -> ScaledSystem:
 
 
 def _even_tracer(system: ScaledSystem, shape: Array, settings: Settings) -> Tracer:
-    """A tracer for motions even in time, on the modes and harmonics that the linear mode excites."""
+    """A tracer for motions even in time, on the modes and harmonics that the linear mode
+    excites.
+    """
     table = np.zeros((system.size, 2), dtype=bool)
     table[np.abs(shape) > 1e-12, 1] = True
     closed = close_support(system, Support(table))
@@ -116,7 +118,9 @@ def _even_tracer(system: ScaledSystem, shape: Array, settings: Settings) -> Trac
 
 def _result(system: ModalSystem, scaled: ScaledSystem, orbits: list[Orbit]) -> Backbone:
     unit = scaled.amplitude
-    turning = np.array([orbit.coefficients[0] + orbit.coefficients[1::2].sum(0) for orbit in orbits])
+    turning = np.array(
+        [orbit.coefficients[0] + orbit.coefficients[1::2].sum(0) for orbit in orbits]
+    )
     q = turning * unit
     potential = np.einsum("nr,rj,nj->n", q, system.stiffness, q) / 2
     potential += np.einsum("nr,rjk,nj,nk->n", q, system.quadratic, q, q) / 3

@@ -43,7 +43,7 @@ class HarmonicBalance:
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
         self.has_loss = bool(self.loss.any())
-        self.parametric = -basis.drive[:, None] * sub.parametric.T.reshape(1, -1)
+        self.parametric = -basis.drive[:, None] * sub.parametric.T.reshape(1, size * size)
         self.has_parametric = bool(sub.parametric.any())
         self.force = np.zeros(basis.shape)
         row = np.flatnonzero(basis.rows == 2 * basis.period_multiple - 1)
@@ -62,7 +62,7 @@ class HarmonicBalance:
         )
 
     def products(self, v: Array) -> Array:
-        return (v[:, :, None] * v[:, None, :]).reshape(len(v), -1)
+        return (v[:, :, None] * v[:, None, :]).reshape(len(v), v.shape[1] ** 2)
 
     def secant(self, v: Array) -> Array:
         """G(q) with force G(q) q, transposed: (N, L, L) flattened."""
@@ -86,10 +86,10 @@ class HarmonicBalance:
     def residual(self, x: Array, rate: float) -> Array:
         basis, size = self.basis, self.size
         v = basis.synthesis @ x
-        g = self.secant(v).reshape(-1, size, size)
+        g = self.secant(v).reshape(len(v), size, size)
         force = np.matmul(v[:, None, :], g)[:, 0, :]
         if self.has_loss:
-            w = (self.products(v) @ self.loss).reshape(-1, size, size)
+            w = (self.products(v) @ self.loss).reshape(len(v), size, size)
             z = rate * (basis.synthesis @ self.derivative(x))
             force += np.matmul(z[:, None, :], w)[:, 0, :]
         return self.linear(x, rate) + basis.analysis @ force - self.force
@@ -99,7 +99,7 @@ class HarmonicBalance:
         result = 2 * rate * basis.second_weight * x + self.derivative(x) @ self.damping_t
         if self.has_loss:
             v = basis.synthesis @ x
-            w = (self.products(v) @ self.loss).reshape(-1, size, size)
+            w = (self.products(v) @ self.loss).reshape(len(v), size, size)
             z = basis.synthesis @ self.derivative(x)
             result += basis.analysis @ np.matmul(z[:, None, :], w)[:, 0, :]
         return result
@@ -175,7 +175,7 @@ class HarmonicBalance:
                 break
             x = x + self.basis.unpack(change[:-1])
             rate = rate + float(change[-1])
-            scale = max(float(np.abs(x).max()), 1e-9)
+            scale = max(float(np.abs(x).max(initial=0.0)), 1e-9)
             if abs(change[-1]) <= tolerance * rate and size <= tolerance * max(
                 scale, rate if scale > 1e-3 else scale
             ):

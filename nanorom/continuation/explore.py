@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,17 +11,18 @@ from nanorom.errors import ContinuationError
 
 from .diagram import Branch, Diagram, SpecialPoint
 from .floquet import FloquetSolver, sort_multipliers
-from .harmonics import forced_support
-from .path import Path, Place, orbit_amplitudes, orbit_state
+from .harmonics import forced_support, full_support
+from .orbit import PeriodicOrbit
+from .path import Path, Place, orbit_amplitudes, orbit_state, same_orbit
 from .polish import Polished, polish
 from .series import Series
 from .shooting import Shooting
 from .special import Detector
-from .switching import Bifurcation, first_orbit
+from .switching import Bifurcation, first_orbit, fixed_rate, follow_closed
 from .system import Array, ModalSystem, ScaledSystem
 from .trace import Orbit, Settings, Tracer
 
-SAME_POINT = 1e-6
+SAME_FREQUENCY = 1e-6
 
 
 @dataclass(eq=False)
@@ -45,6 +47,7 @@ def explore(
     harmonics: int = 150,
     steps: int = 2000,
     reach: float = 2.0,
+    seeds: Sequence[PeriodicOrbit] = (),
 ) -> Diagram:
     """All branches of periodic orbits that are connected to the response from rest, with their
     special points.
@@ -66,6 +69,9 @@ def explore(
         Most steps on one branch.
     reach : float
         A branch that bifurcates is followed to omega[0] / reach and omega[1] * reach.
+    seeds : sequence of PeriodicOrbit
+        Orbits, say of another level's diagram, that may lie near a branch which is not connected to
+        the others (an isola): where an orbit is found there, its branch is followed, too.
 
     Returns
     -------
@@ -80,9 +86,8 @@ def explore(
     settings = Settings(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
-    return _Explorer(
-        system, system.scaled(direct, parametric), (low, high), settings, (direct, parametric)
-    ).run()
+    scaled = system.scaled(direct, parametric)
+    return _Explorer(scaled, (low, high), settings, (direct, parametric)).run(seeds)
 
 
 def check_range(omega: tuple[float, float]) -> tuple[float, float]:
@@ -101,30 +106,38 @@ def check_range(omega: tuple[float, float]) -> tuple[float, float]:
 class _Explorer:
     def __init__(
         self,
-        system: ModalSystem,
         scaled: ScaledSystem,
         omega: tuple[float, float],
         settings: Settings,
         levels: tuple[float, float],
     ) -> None:
-        self.system, self.scaled, self.settings, self.levels = system, scaled, settings, levels
+        self.scaled, self.settings, self.levels = scaled, settings, levels
         self.range = (omega[0] / scaled.frequency, omega[1] / scaled.frequency)
         self.floquet = FloquetSolver(scaled, truncation=1e-9)
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
+        self.paths: list[Path] = []
         self.branches: list[Branch] = []
         self.points: list[SpecialPoint] = []
         self.waiting: list[_Node] = []
 
-    def run(self) -> Diagram:
+    def run(self, seeds: Sequence[PeriodicOrbit] = ()) -> Diagram:
         self._base()
+        self._bifurcating()
+        for seed in seeds:
+            self._isolated(seed)
+        self._bifurcating()
+        return Diagram(self.branches, self.points, *self.levels)
+
+    def _bifurcating(self) -> None:
+        """Every branch that starts at a special point found so far."""
         while True:
             node = next(
                 (n for n in self.waiting if not n.switched and n.generation < self.settings.depth),
                 None,
             )
             if node is None:
-                return Diagram(self.branches, self.points, *self.levels)
+                return
             node.switched = True
             self._switch(node)
 
@@ -134,12 +147,47 @@ class _Explorer:
         """
         low, high = self.range
         tracer = Tracer(self.scaled, forced_support(self.scaled), 1, self.settings)
-        steps = list(tracer.follow(first_orbit(tracer, low), 1.0, self.range))
+        try:
+            steps = list(tracer.follow(first_orbit(tracer, low), 1.0, self.range))
+        except ContinuationError:
+            other = first_orbit(tracer, high)
+        else:
+            self._register(tracer, steps, None, 0)
+            end = tracer.orbit(steps[-1], steps[-1].length)
+            try:
+                other = first_orbit(tracer, high)
+            except ContinuationError:
+                return
+            if abs(end.rate - high) < 1e-9 * high and same_orbit(end, other):
+                return
+        self._register(tracer, list(tracer.follow(other, -1.0, self.range)), None, 0)
+
+    def _isolated(self, seed: PeriodicOrbit) -> None:
+        """The branch near an orbit of another level, unless it is there already."""
+        p = seed.period_multiple
+        rate = seed.omega / self.scaled.frequency / p
+        if not self.range[0] < rate * p < self.range[1] and p == 1:
+            return
+        support = full_support(self.scaled, p)
+        if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
+            support = forced_support(self.scaled)
+        tracer = Tracer(self.scaled, support, p, self.settings)
+        try:
+            guess = Orbit(seed.coefficients / self.scaled.amplitude, rate, p)
+            orbit, _ = tracer.solve(guess, fixed_rate)
+        except ContinuationError:
+            return
+        if _is_shorter(orbit) or any(path.contains(orbit) for path in self.paths):
+            return
+        reach = self.settings.reach if p > 1 else 1.0
+        rates = (self.range[0] / reach / p, self.range[1] * reach / p)
+        steps = follow_closed(tracer, orbit, 1.0, rates)
+        if tracer.ending != "closed":  # from end to end
+            steps = follow_closed(tracer, orbit, -1.0, rates)
+            end = tracer.orbit(steps[-1], steps[-1].length)
+            slope = steps[-1].rate_slope(steps[-1].length)
+            steps = follow_closed(tracer, end, -1.0 if slope > 0 else 1.0, rates)
         self._register(tracer, steps, None, 0)
-        end = tracer.orbit(steps[-1], steps[-1].length)
-        other = first_orbit(tracer, high)
-        if abs(end.rate - high) > 1e-9 * high or not _same_orbit(end, other):
-            self._register(tracer, list(tracer.follow(other, -1.0, self.range)), None, 0)
 
     def _switch(self, node: _Node) -> None:
         try:
@@ -170,7 +218,7 @@ class _Explorer:
         for node in self.waiting:
             p = node.orbit.period_multiple
             if (
-                abs(node.orbit.omega - end.omega) > SAME_POINT * end.omega
+                abs(node.orbit.omega - end.omega) > SAME_FREQUENCY * end.omega
                 or end.period_multiple % p
             ):
                 continue
@@ -186,6 +234,7 @@ class _Explorer:
     ) -> None:
         """Find the special points of a traced branch and add both to the diagram."""
         path = Path(tracer, self.floquet, steps)
+        self.paths.append(path)
         detector = Detector(path)
         index = len(self.branches)
         found = [polish(path, d, self.precise, self.shooting) for d in detector.find()]
@@ -255,7 +304,9 @@ class _Explorer:
         )
 
 
-def _same_orbit(first: Orbit, second: Orbit) -> bool:
-    rows = min(len(first.coefficients), len(second.coefficients))
-    gap = np.abs(first.coefficients[:rows] - second.coefficients[:rows]).max(initial=0.0)
-    return bool(gap < SAME_POINT * max(np.abs(second.coefficients).max(initial=0.0), 1e-9))
+def _is_shorter(orbit: Orbit) -> bool:
+    """Whether an orbit of period_multiple > 1 has the period of the drive after all."""
+    numbers = (np.arange(len(orbit.coefficients)) + 1) // 2
+    part = np.abs(orbit.coefficients[numbers % orbit.period_multiple != 0]).max(initial=0.0)
+    scale = np.abs(orbit.coefficients).max(initial=0.0)
+    return orbit.period_multiple > 1 and bool(part <= 1e-6 * scale)

@@ -14,7 +14,7 @@ from math import factorial
 
 import numpy as np
 
-from .harmonics import Support, differentiate, fourier_matrix
+from .harmonics import Support, differentiate, fourier_matrix, symmetry_signs
 from .system import Array, ScaledSystem
 
 TAYLOR_ORDER = 20
@@ -73,6 +73,7 @@ class FloquetSolver:
         self.has_loss = bool(self.loss.any())
         values = np.linalg.eigvals(system.stiffness)
         self.fastest = float(np.sqrt(np.abs(values).max()))
+        self._signs: dict[tuple[bytes, tuple[int, ...]], Array | None] = {}
         self._density: dict[tuple[int, bool], float] = {}  # intervals times rate, learnt on the way
 
     def stiffness_harmonics(
@@ -113,7 +114,8 @@ class FloquetSolver:
         """
         size = self.size
         stiffness, damping = self.stiffness_harmonics(orbits, rates, period_multiple)
-        half = support.symmetric
+        signs = self.signs(support)
+        half = signs is not None
         key = (period_multiple, half)
         start = (np.pi if half else 2 * np.pi) * self.fastest / 2.5
         density = self._density.get(key, start)
@@ -128,10 +130,16 @@ class FloquetSolver:
                 stiffness[part], loss, rates[part], intervals, half
             )
         self._density[key] = intervals * float(rates.min())
-        if half:
-            signs = np.tile(support.signs, 2)
-            result *= signs[:, None]
+        if signs is not None:
+            result *= np.tile(signs, 2)[:, None]
         return result
+
+    def signs(self, support: Support) -> Array | None:
+        """The signs of the half-period symmetry of orbits in a support, if they have it."""
+        key = (support.table.tobytes(), support.table.shape)
+        if key not in self._signs:
+            self._signs[key] = symmetry_signs(self.system, support, support.modulus // 2)
+        return self._signs[key]
 
     def _propagate(
         self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
@@ -197,15 +205,9 @@ class FloquetSolver:
         self, orbits: Array, rates: Array, period_multiple: int, support: Support
     ) -> Array:
         """All multipliers (n, 2L) over the whole period, largest modulus first."""
-        return multipliers_of(self.monodromy(orbits, rates, period_multiple, support), support)
-
-
-def multipliers_of(maps: Array, support: Support) -> Array:
-    """Multipliers of full-period maps, from half-period maps where the support is symmetric."""
-    values = np.linalg.eigvals(maps).astype(complex)
-    if support.symmetric:
-        values = values**2
-    return sort_multipliers(values)
+        maps = self.monodromy(orbits, rates, period_multiple, support)
+        values = np.linalg.eigvals(maps).astype(complex)
+        return sort_multipliers(values if self.signs(support) is None else values**2)
 
 
 def sort_multipliers(values: Array) -> Array:

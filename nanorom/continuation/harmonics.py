@@ -98,10 +98,58 @@ class Support:
         """Each mode has either even or odd harmonics alone: half a period determines the orbit."""
         return bool(not np.any(self.table[:, ::2].any(axis=1) & self.table[:, 1::2].any(axis=1)))
 
-    @property
-    def signs(self) -> Array:
-        """q_r(theta + pi) = signs_r q_r(theta), for a symmetric support (+1 for modes at rest)."""
-        return np.where(self.table[:, 1::2].any(axis=1), -1.0, 1.0)
+
+def symmetry_signs(
+    system: ScaledSystem, support: Support, period_multiple: int
+) -> NDArray[np.float64] | None:
+    """Signs with K(theta + pi)_rl = sign_r sign_l K(theta)_rl for the tangent stiffness of all
+    modes.
+
+    None where there are no such signs: then half a period does not determine the multipliers.
+    Modes with odd harmonics have sign -1; those at rest follow from what couples them.
+    """
+    if not support.symmetric:
+        return None
+    active = support.table.any(axis=1)
+    odd = support.table[:, 1::2].any(axis=1)
+    known = np.where(odd, -1, np.where(active, 1, 0))
+    plus, minus = (known == 1).astype(float), (known == -1).astype(float)
+    force = np.maximum(_pattern(system.cubic), _pattern(system.loss))
+
+    def through(one: Array, two: Array) -> NDArray[np.bool_]:
+        return np.einsum("rjkl,j,k->rl", force, one, two, optimize=True) > 0
+
+    quadratic = _pattern(system.quadratic)
+    same = (system.stiffness != 0) | (system.damping != 0) | through(plus, plus)
+    same |= through(minus, minus) | (np.einsum("rjl,j->rl", quadratic, plus) > 0)
+    opposite = through(plus, minus) | (np.einsum("rjl,j->rl", quadratic, minus) > 0)
+    if period_multiple % 2:
+        opposite |= system.parametric != 0
+    else:
+        same |= system.parametric != 0
+    return _coloured(known, same | same.T, opposite | opposite.T)
+
+
+def _coloured(
+    known: Array, same: NDArray[np.bool_], opposite: NDArray[np.bool_]
+) -> NDArray[np.float64] | None:
+    """Signs that agree with the known ones and with both relations, or None."""
+    signs = known.copy()
+    while True:
+        reached = np.flatnonzero(signs)
+        waiting = list(reached)
+        while waiting:
+            r = waiting.pop()
+            for relation, factor in ((same, 1), (opposite, -1)):
+                for l in np.flatnonzero(relation[r]):
+                    if signs[l] == 0:
+                        signs[l] = factor * signs[r]
+                        waiting.append(l)
+                    elif signs[l] != factor * signs[r]:
+                        return None
+        if signs.all():
+            return signs.astype(float)
+        signs[np.flatnonzero(signs == 0)[0]] = 1
 
 
 def full_support(system: ScaledSystem, period_multiple: int) -> Support:

@@ -13,8 +13,9 @@ from .floquet import FloquetSolver
 from .harmonics import differentiate, fourier_matrix
 from .series import Series
 from .system import Array
-from .trace import Orbit, Tracer
+from .trace import Orbit, Tracer, real_roots
 
+SAME_ORBIT = 1e-6
 ARC_POINTS = 33
 LEAST_POINTS = 60  # on a branch, for a smooth picture
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
@@ -33,7 +34,7 @@ class Path:
 
     def __init__(self, tracer: Tracer, floquet: FloquetSolver, steps: list[Series]) -> None:
         self.tracer, self.floquet, self.steps = tracer, floquet, steps
-        self.symmetric = tracer.support.symmetric
+        self.symmetric = floquet.signs(tracer.support) is not None
         self._arcs = [_arc_length(step) for step in steps]
         self.offsets = np.concatenate([[0.0], np.cumsum([length[-1] for _, length in self._arcs])])
 
@@ -48,6 +49,18 @@ class Path:
 
     def orbit(self, place: Place) -> Orbit:
         return self.tracer.orbit(self.steps[place.step], place.a)
+
+    def contains(self, orbit: Orbit) -> bool:
+        """Whether the path passes through an orbit (or through it a period of the drive later)."""
+        if orbit.period_multiple != self.tracer.period_multiple:
+            return False
+        for step in self.steps:
+            shifted = step.rates.copy()
+            shifted[0] -= orbit.rate
+            for root in real_roots(shifted, 0.0, step.length):
+                if same_orbit(self.tracer.orbit(step, root), orbit):
+                    return True
+        return False
 
     def rate_slope(self, place: Place) -> float:
         return self.steps[place.step].rate_slope(place.a)
@@ -99,6 +112,22 @@ def _arc_length(step: Series) -> tuple[Array, Array]:
         ((weights @ step.coefficients[1:]) ** 2).sum(axis=1) + (weights @ step.rates[1:]) ** 2
     )
     return a, cumulative_trapezoid(speed, a, initial=0.0)
+
+
+def same_orbit(first: Orbit, second: Orbit, tolerance: float = SAME_ORBIT) -> bool:
+    """Whether two orbits of one frequency are the same up to a shift by periods of the drive."""
+    rows = min(len(first.coefficients), len(second.coefficients))
+    one, two = first.coefficients[:rows], second.coefficients[:rows]
+    scale = max(float(np.abs(two).max(initial=0.0)), 1e-9)
+    numbers = (np.arange(rows) + 1) // 2
+    for shift in range(first.period_multiple):
+        angle = 2 * np.pi * shift / first.period_multiple * numbers[:, None]
+        moved = np.cos(angle) * one
+        moved[1::2] += np.sin(angle[1::2]) * one[2::2]
+        moved[2::2] -= np.sin(angle[2::2]) * one[1::2]
+        if np.abs(moved - two).max(initial=0.0) < tolerance * scale:
+            return True
+    return False
 
 
 def orbit_state(orbit: Orbit) -> Array:

@@ -97,6 +97,8 @@ def _zero(
             raise ContinuationError("no fold in the neighbourhood")
         return min(roots, key=abs)
 
+    symmetric = floquet.signs(tracer.support) is not None
+
     def critical(points: list[float]) -> list[float]:
         orbits = [tracer.orbit(series, a) for a in points]
         maps = floquet.monodromy(
@@ -105,10 +107,7 @@ def _zero(
             tracer.period_multiple,
             tracer.support,
         )
-        return [
-            _critical_value(kind, values, tracer.support.symmetric)
-            for values in np.linalg.eigvals(maps)
-        ]
+        return [_critical_value(kind, values, symmetric) for values in np.linalg.eigvals(maps)]
 
     step = 1e-3 * window
     a, (here, there) = 0.0, critical([0.0, step])

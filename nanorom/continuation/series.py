@@ -84,11 +84,14 @@ class SeriesExpansion:
         squares = np.zeros(order + 1)
         rates[0], squares[0] = rate, rate * rate
         packed = np.zeros((order + 1, basis.size))
+        if basis.size == 0:  # rest: only the rate changes
+            rates[1] = factors.solve(np.ones(1))[0]
+            return packed, rates
         packed[0] = basis.pack(x)
         self._store(0, x)
         v0 = self.forward[:, 0].copy()
         self.secants[:, 0] = balance.secant(v0)
-        cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(-1, size * size, size)
+        cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(len(v0), size * size, size)
         if balance.has_loss:
             self._store_friction(0)
         rhs = np.zeros(basis.size + 1)
@@ -187,7 +190,7 @@ def convergence_length(packed: Array, rates: Array, scale: float, tolerance: flo
     """
     lengths = []
     for k in (len(rates) - 2, len(rates) - 1):
-        size = float(np.abs(packed[k]).max())
+        size = float(np.abs(packed[k]).max(initial=0.0))
         if size > 0:
             lengths.append((tolerance * scale / size) ** (1.0 / k))
         if rates[k] != 0:

@@ -21,8 +21,8 @@ SAMPLES = 64  # of a period, to read amplitudes
 
 @attrs.frozen(eq=False)
 class Sweep:
-    """omega (n,), amplitude (n, L) = max |q_r| over the last periods, state (n, 2L) at drive phase 0,
-    settled (n,): whether the stroboscopic state had come to rest (not on a torus or in chaos).
+    """omega (n,), amplitude (n, L) = max |q_r| over the last periods, state (n, 2L) at drive phase
+    0, settled (n,): whether the stroboscopic state had come to rest (not on a torus or in chaos).
     """
 
     omega: Array
@@ -39,8 +39,8 @@ def sweep(
     *,
     state: Array | None = None,
     periods: int = 300,
-    settle: float = 1e-4,
-    tolerance: float = 1e-7,
+    settle: float = 1e-3,
+    tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
     """Integrate the equations of motion while the drive frequency passes through `omega` in order.
@@ -86,7 +86,9 @@ def _settle(
     settle: float,
     tolerance: float,
 ) -> tuple[Array, Array, bool]:
-    """State after the transient, amplitudes (L,) of the last two periods, whether it came to rest."""
+    """State after the transient, amplitudes (L,) of the last two periods, whether it came to
+    rest.
+    """
     right_side = equations(system, omega)
     span = 4 * np.pi / omega  # two periods: period-doubled motion is at rest, too
     options = {"rtol": tolerance, "atol": 1e-4 * tolerance, "tfirst": True, "mxstep": 100_000}

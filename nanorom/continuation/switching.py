@@ -12,6 +12,7 @@ from nanorom.errors import ContinuationError
 
 from .balance import HarmonicBalance, NewtonFailure
 from .harmonics import Support, basis_for, close_support, full_support, stretch
+from .path import same_orbit
 from .series import Series
 from .system import Array, ScaledSystem
 from .trace import Orbit, Settings, Tracer, real_roots
@@ -28,19 +29,21 @@ def first_orbit(tracer: Tracer, omega: float) -> Orbit:
         target = min(1.0, level + step)
         ramped = tracer if target == 1.0 else _at_level(tracer, target)
         try:
-            orbit, _ = ramped.solve(orbit, _fixed_rate)
+            orbit, _ = ramped.solve(orbit, fixed_rate)
             level, step = target, 2 * step
         except ContinuationError:
             step /= 2
             if step < 1e-3:
                 raise ContinuationError(
                     "no periodic orbit found at the start of the range "
-                    f"(omega = {omega:.6g} of the lowest natural frequency); start the range farther from a resonance"
+                    f"(omega = {omega:.6g} of the lowest natural frequency); "
+                    "start the range farther from a resonance"
                 ) from None
     return orbit
 
 
-def _fixed_rate(balance: HarmonicBalance) -> Array:
+def fixed_rate(balance: HarmonicBalance) -> Array:
+    """The border that keeps the frequency in Newton's method."""
     border = np.zeros(balance.basis.size + 1)
     border[-1] = 1.0
     return border
@@ -56,6 +59,24 @@ def _at_level(tracer: Tracer, level: float) -> Tracer:
 
 
 END_EXTENT = 3e-3  # of the largest deviation from the parent's support
+
+
+def follow_closed(
+    tracer: Tracer, orbit: Orbit, direction: float, rates: tuple[float, float]
+) -> list[Series]:
+    """Steps of a branch until it leaves the range or comes back to where it started."""
+    steps: list[Series] = []
+    for series in tracer.follow(orbit, direction, rates):
+        shifted = series.rates.copy()
+        shifted[0] -= orbit.rate
+        for root in real_roots(shifted, 0.0, series.length):
+            away = steps or root > 0.1 * series.length
+            if away and same_orbit(tracer.orbit(series, root), orbit):
+                series.length = root
+                tracer.ending = "closed"
+                return [*steps, series]
+        steps.append(series)
+    return steps
 
 
 class Bifurcation:

@@ -26,7 +26,7 @@ class Settings:
     """
 
     tolerance: float = 1e-9
-    series: float = 1e-8
+    series: float = 1e-9
     depth: int = 1
     steps: int = 2000
     harmonics: int = 150
@@ -83,7 +83,7 @@ class Tracer:
         """Largest coefficient of each harmonic 0 ... H."""
         basis = balance.basis
         sizes = np.zeros(basis.harmonics + 1)
-        np.maximum.at(sizes, basis.number, np.abs(x).max(axis=1))
+        np.maximum.at(sizes, basis.number, np.abs(x).max(axis=1, initial=0.0))
         return sizes
 
     def tail(self, balance: HarmonicBalance, x: Array, harmonics: int | None = None) -> float:
@@ -198,7 +198,7 @@ class Tracer:
         """Length of the step: the series converges, the harmonics suffice, the residual at its end
         is small.
         """
-        scale = max(float(np.abs(packed[0]).max()), 1e-6)
+        scale = max(float(np.abs(packed[0]).max(initial=0.0)), 1e-6)
         length = convergence_length(packed, rates, scale, self.settings.series)
         # a straight (linear) branch has an infinite radius; multipliers still want points on the
         # way
@@ -208,7 +208,7 @@ class Tracer:
         for _ in range(12):
             weights = length ** np.arange(len(rates))
             x, rate = balance.basis.unpack(weights @ packed), float(weights @ rates)
-            error = float(np.abs(balance.residual(x, rate)).max())
+            error = float(np.abs(balance.residual(x, rate)).max(initial=0.0))
             tail = self.tail(balance, x)
             good_tail = (
                 tail < 30 * self.settings.tolerance or balance.basis.harmonics == self.ladder[-1]

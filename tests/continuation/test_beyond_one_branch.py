@@ -1,0 +1,197 @@
+"""Levels in parallel, states, loci, backbones, isolas, sweeps and sampled orbits."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipk
+
+from nanorom.continuation import (
+    backbone,
+    explore,
+    explore_levels,
+    locus,
+    states,
+    sweep,
+)
+from nanorom.errors import ContinuationError
+from tests.continuation.systems import duffing, from_monomials, random_potential
+
+QUALITY = 180.0
+CURVE = 1e-9
+
+
+def test_levels_in_parallel_give_the_serial_result() -> None:
+    system, omega = from_monomials("p2"), (1.9, 2.1)
+    levels = [(0.002, 0.013), (0.002, 0.0), (0.004, 0.016)]
+    seen: list[int] = []
+    parallel = explore_levels(
+        system, omega, levels, processes=2, progress=lambda done, of: seen.append(done)
+    )
+    assert seen == [1, 2, 3]
+    for one, (direct, parametric) in zip(parallel, levels):
+        two = explore(system, omega, direct, parametric)
+        assert (one.direct, one.parametric) == (direct, parametric)
+        assert len(one.branches) == len(two.branches)
+        for a, b in zip(one.branches, two.branches):
+            np.testing.assert_array_equal(a.omega, b.omega)
+            np.testing.assert_array_equal(a.multipliers, b.multipliers)
+        assert [p.omega for p in one.special_points] == [p.omega for p in two.special_points]
+
+
+def test_a_failing_level_is_named() -> None:
+    with pytest.raises(ContinuationError, match="direct nan"):
+        explore_levels(duffing(), (0.8, 1.5), [(np.nan, 0.0)], processes=1)
+
+
+def test_states_lie_on_the_branch_and_can_be_stopped() -> None:
+    first = list(islice(states(duffing(), (0.8, 1.5), 0.005), 5))
+    assert len(first) == 5
+    assert first[0].omega == pytest.approx(0.8)
+    for state in first:
+        end = _integrate(duffing(), state.orbit, 0.005, 0.0)
+        assert np.abs(end - _state(state.orbit)).max() < 1e-8
+    falling = list(states(duffing(), (0.8, 1.5), 0.005, falling=True))
+    assert falling[0].omega == pytest.approx(1.5)
+    assert falling[-1].omega == pytest.approx(0.8)
+
+
+def _state(orbit):
+    return np.concatenate([orbit(0.0), orbit.velocity(0.0)])
+
+
+def _integrate(system, orbit, direct, parametric):
+    def right_side(t, y):
+        q, v = y[: system.size], y[system.size :]
+        drive = np.cos(orbit.omega * t) * (
+            direct * system.direct + parametric * system.parametric @ q
+        )
+        force = system.stiffness @ q + system.quadratic @ q @ q + system.cubic @ q @ q @ q
+        return np.concatenate([v, drive - force - system.damping @ v])
+
+    span = (0.0, orbit.period)
+    return solve_ivp(right_side, span, _state(orbit), method="DOP853", rtol=1e-12, atol=1e-14).y[
+        :, -1
+    ]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_orbits_of_dense_systems_close_in_time_integration(seed) -> None:
+    system = random_potential(3, seed)
+    diagram = explore(system, (0.8, 1.6), direct=0.05, parametric=0.02)
+    for branch in diagram.branches:
+        for index in range(0, len(branch), 15):
+            orbit = branch.orbit(index)
+            assert np.abs(_integrate(system, orbit, 0.05, 0.02) - _state(orbit)).max() < 1e-8
+
+
+def test_sampled_motion_spectrum_and_shape_agree() -> None:
+    diagram = explore(from_monomials("p2"), (1.5, 2.5), direct=0.002, parametric=0.013)
+    orbit = diagram.branches[1].orbit(20)
+    assert orbit.period_multiple == 2
+    times, q, v = orbit.time_series(points=400, periods=2)
+    np.testing.assert_allclose(q[400], q[0], atol=1e-12)
+    frequencies, amplitudes = orbit.spectrum()
+    rebuilt = (np.exp(1j * np.outer(times, frequencies)) @ amplitudes).real
+    np.testing.assert_allclose(rebuilt, q, atol=1e-12)
+    np.testing.assert_allclose(np.gradient(q[:, 0], times)[5:-5], v[5:-5, 0], atol=1e-3)
+    np.testing.assert_allclose(np.abs(q).max(axis=0), diagram.branches[1].amplitude[20], rtol=1e-3)
+    modes = np.array([[1.0, 0.0, 2.0], [0.0, 1.0, 1.0]])
+    np.testing.assert_allclose(orbit.shape(modes, times), q @ modes)
+
+
+def test_duffing_backbone_is_exact() -> None:
+    """x'' + x + x^3 = 0: omega = pi sqrt(1 + a^2) / (2 K(m)), m = a^2 / (2 (1 + a^2))."""
+    curve = backbone(duffing(), amplitude=3.0)
+    a = curve.amplitude[:, 0]
+    exact = np.pi * np.sqrt(1 + a**2) / (2 * ellipk(a**2 / (2 * (1 + a**2))))
+    assert a.max() > 3
+    np.testing.assert_allclose(curve.omega, exact, atol=1e-8)
+    np.testing.assert_allclose(curve.energy, a**2 / 2 + a**4 / 4, rtol=1e-6)
+
+
+def test_parametric_tongue_opens_at_two_over_quality() -> None:
+    """Damped Mathieu equation near 2 omega_0: threshold gamma = 2/Q to leading order in 1/Q."""
+    system = duffing(QUALITY)
+    diagram = explore(system, (1.9, 2.1), parametric=0.013, depth=0)
+    (one, two) = diagram.points("PD")
+    curve = locus(
+        system, one, 0.0, 0.013, omega=(1.9, 2.1), level=(1e-3, 0.03), parameter="parametric"
+    )
+    assert curve.level.min() == pytest.approx(2 / QUALITY, rel=1e-3)
+    # the curve goes round the bottom of the tongue to the other period doubling
+    gaps = np.hypot(curve.omega - two.omega, curve.level - 0.013)
+    assert gaps.min() < 5e-3
+
+
+def test_cusp_of_the_duffing_folds() -> None:
+    """Slow flow: F^2 = 8 delta^3 / (3 sqrt(3) kappa), F = beta/2, delta = 1/(2Q), kappa = 3/8."""
+    system = duffing(QUALITY)
+    fold = explore(system, (0.8, 1.5), direct=0.005).points("LP")[0]
+    curve = locus(system, fold, 0.005, 0.0, omega=(0.8, 1.4), level=(1e-4, 0.008))
+    # kappa)
+    expected = np.sqrt(4 * 8 / (3 * np.sqrt(3) * 3 / 8) / (2 * QUALITY) ** 3)
+    assert curve.level.min() == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["LP", "PD"])
+def test_locus_meets_the_diagrams_of_other_levels(kind) -> None:
+    system = from_monomials("p2")
+    start = explore(system, (1.9, 2.5), direct=0.004, parametric=0.016, depth=0)
+    curve = locus(
+        system,
+        start.points(kind)[0],
+        0.004,
+        0.016,
+        omega=(1.9, 2.6),
+        level=(0.7, 1.4),
+        parameter="both",
+        steps=12,
+    )
+    index = len(curve.omega) // 3
+    factor = float(curve.level[index])
+    other = explore(system, (1.9, 2.6), direct=0.004 * factor, parametric=0.016 * factor, depth=0)
+    assert min(abs(p.omega - curve.omega[index]) for p in other.points(kind)) < CURVE
+
+
+def test_branch_out_of_reach_is_found_from_an_orbit_on_it() -> None:
+    """A range inside the bistable region cuts the loop; its middle piece meets neither end's
+    start.
+    """
+    system = duffing(QUALITY)
+    whole = explore(system, (0.8, 1.5), direct=0.005).branches[0]
+    alone = explore(system, (1.10, 1.15), direct=0.005)
+    seeds = [whole.orbit(i) for i in range(len(whole))]
+    seeded = explore(system, (1.10, 1.15), direct=0.005, seeds=seeds)
+    assert len(alone.branches) == 1
+    assert len(seeded.branches) == 3
+    assert sum(not branch.stable.any() for branch in seeded.branches) == 1
+    assert all(branch.ending == "range" for branch in seeded.branches)
+
+
+def test_rest_is_a_branch_when_only_the_stiffness_is_driven() -> None:
+    diagram = explore(duffing(QUALITY), (0.8, 2.2), parametric=0.2)
+    assert np.all(diagram.branches[0].amplitude == 0)
+    assert [p.type for p in diagram.points(branch=0)] == ["BP", "BP", "PD", "PD"]
+    assert {b.period_multiple for b in diagram.branches} == {1, 2}
+
+
+def test_sweeps_jump_at_the_folds() -> None:
+    system = duffing(30.0)
+    folds = sorted(p.omega for p in explore(system, (0.8, 1.6), direct=0.05).points("LP"))
+    assert len(folds) == 2
+    up = sweep(system, np.linspace(folds[1] - 0.03, folds[1] + 0.03, 13), direct=0.05, state=None)
+    start = explore(system, (0.8, folds[1] - 0.03), direct=0.05).branches[0].orbit(-1)
+    up = sweep(
+        system,
+        np.linspace(folds[1] - 0.03, folds[1] + 0.03, 13),
+        direct=0.05,
+        state=_state(start),
+    )
+    jump = int(np.argmin(np.diff(up.amplitude[:, 0])))
+    assert up.omega[jump] <= folds[1] + 0.005 + 1e-9
+    assert up.omega[jump + 1] >= folds[1]
+    assert up.settled.all()
