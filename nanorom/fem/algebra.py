@@ -102,8 +102,8 @@ class Factorization:
 
         Raises SolverError if a relative residual exceeds `RESIDUAL_TOLERANCE`.
         """
-        b = self._dense(right_hand_sides)
-        x = self._dense(np.zeros_like(right_hand_sides))
+        b = dense(self.matrix, right_hand_sides)
+        x = dense(self.matrix, np.zeros_like(right_hand_sides))
         self.solver.getPC().getFactorMatrix().matSolve(b, x)
         solution = np.array(x.getDenseArray())
         self.matrix.matMult(x, b)
@@ -119,14 +119,25 @@ class Factorization:
             )
         return solution
 
-    def _dense(self, columns: np.ndarray) -> PETSc.Mat:
-        n_local, n_columns = columns.shape
-        sizes = ((n_local, self.matrix.getSize()[0]), (PETSc.DECIDE, n_columns))
-        matrix = PETSc.Mat().createDense(sizes, comm=self.matrix.comm)
-        matrix.setUp()
-        matrix.getDenseArray()[:] = columns
-        matrix.assemble()
-        return matrix
+
+def multiply(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
+    """Product (owned rows, m) of a matrix with many columns (owned rows, m). Collective."""
+    x, y = dense(matrix, columns), dense(matrix, np.zeros_like(columns))
+    matrix.matMult(x, y)
+    product = np.array(y.getDenseArray())
+    x.destroy()
+    y.destroy()
+    return product
+
+
+def dense(matrix: PETSc.Mat, columns: np.ndarray) -> PETSc.Mat:
+    """Columns (owned rows, m) as a dense matrix that goes with a square sparse one. Collective."""
+    sizes = ((len(columns), matrix.getSize()[0]), (PETSc.DECIDE, columns.shape[1]))
+    block = PETSc.Mat().createDense(sizes, comm=matrix.comm)
+    block.setUp()
+    block.getDenseArray()[:] = columns
+    block.assemble()
+    return block
 
 
 def assemble_vector(form: Any) -> np.ndarray:

@@ -7,6 +7,10 @@ The rest of the package sees one interface, documented function by function belo
 from __future__ import annotations
 
 import inspect
+import logging
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import basix
@@ -20,6 +24,8 @@ try:  # DOLFINx >= 0.7: UFL elements are Basix elements
     import basix.ufl as _basix_ufl
 except ImportError:
     _basix_ufl = None
+
+logging.captureWarnings(False)  # importing the form compiler sends warnings to its log
 
 _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
@@ -79,6 +85,11 @@ def _shared_facet_partitioner() -> Any:
 
 def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
     """Continuous Lagrange space of a degree (Gauss-Lobatto nodes), scalar or vector-valued."""
+    with quiet():
+        return _lagrange_space(mesh, degree, components)
+
+
+def _lagrange_space(mesh: Any, degree: int, components: int) -> Any:
     if _basix_ufl is not None:
         shape = {} if components == 1 else {"shape": (components,)}
         element = _basix_ufl.element(
@@ -119,10 +130,23 @@ def vector_of(function: Any) -> Any:
     return function.vector
 
 
-def form(expression: Any, quadrature_degree: int | None = None) -> Any:
-    """Compile a UFL form with the optimisation flags that pay for high-order kernels."""
-    del quadrature_degree
-    return fem.form(expression, **_jit_keywords())
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Silence what the form compiler tells of itself: C command lines, numbers of points."""
+    level = logging.root.manager.disable
+    logging.disable(logging.INFO)
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", module="ffcx")
+            yield
+    finally:
+        logging.disable(level)
+
+
+def form(expression: Any) -> Any:
+    """Compile a UFL form, or find it compiled. Collective."""
+    with quiet():
+        return fem.form(expression, **_jit_keywords())
 
 
 def _jit_keywords() -> dict[str, Any]:

@@ -108,7 +108,7 @@ def _pair_products(
 ) -> tuple[dict[Parity, np.ndarray], dict[Parity, np.ndarray]]:
     """By parity: <S_jk, S_lm> (p, p), and this rank's in-plane loads f_jk (local dofs, p)."""
     energy = {parity: np.zeros((len(p), len(p))) for parity, p in pairs.items()}
-    loads = {parity: np.zeros((_n_in_plane(plate), len(p))) for parity, p in pairs.items()}
+    loads = {parity: np.zeros((n_in_plane(plate), len(p))) for parity, p in pairs.items()}
     most = max(len(members) for members in pairs.values())
     for field in quadrature.fields(plate, columns=6 * most):
         slope = np.moveaxis(field.gradient(shapes), 2, 0).copy()
@@ -130,7 +130,8 @@ def membrane_force(plate: Plate, xx: np.ndarray, yy: np.ndarray, xy: np.ndarray)
     return scale * np.stack([xx + nu * yy, yy + nu * xx, (1 - nu) * xy])
 
 
-def _n_in_plane(plate: Plate) -> int:
+def n_in_plane(plate: Plate) -> int:
+    """Local in-plane degrees of freedom, ghosts included."""
     index_map = plate.in_plane.dofmap.index_map
     return 2 * (index_map.size_local + index_map.num_ghosts)
 

@@ -43,6 +43,21 @@ class Modes:
         """Degrees of freedom of this rank, the first of the local ones."""
         return self.mass.getLocalSize()[0]
 
+    def modal(self, matrices: dict[Parity, PETSc.Mat]) -> np.ndarray:
+        """Phi^T K Phi (L, L) over the whole film of matrices by class. Collective.
+
+        Modes of different parity have no product.
+        """
+        owned = self.shapes[: self.n_owned]
+        columns = np.empty_like(owned)
+        for parity in set(self.parities):
+            own = [i for i, p in enumerate(self.parities) if p == parity]
+            columns[:, own] = algebra.multiply(matrices[parity], owned[:, own])
+        same = np.array([[a == b for b in self.parities] for a in self.parities])
+        product = self.plate.mirrors.copies * same * (owned.T @ columns)
+        product = self.plate.domain.comm.allreduce(product)
+        return 0.5 * (product + product.T)
+
     def take(self, index: np.ndarray) -> Modes:
         """Some of the modes, or all in another order."""
         return attrs.evolve(

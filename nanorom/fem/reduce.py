@@ -194,11 +194,7 @@ def solve(
     """Modes and tensors on one mesh, with estimates of their errors. Collective."""
     tension = max(scene.tension.x, scene.tension.y, 1e-300)
     layer = float(np.sqrt(scales.bending * scales.tension / tension))
-    # a static load case of STEP mixes modes of every parity: it needs the whole film
-    chosen = attrs.evolve(
-        discretisation.choose(scene, scales.length, layer, aim),
-        whole=scene.reduction.method != "direct",
-    )
+    chosen = discretisation.choose(scene, scales.length, layer, aim)
     with watch.stage("mesh"):
         plate = build_plate(comm, scene, scales, chosen)
     with watch.stage("modes"):
@@ -310,7 +306,7 @@ class ModalProducts:
 def modal_products(modes: Modes) -> ModalProducts:
     """Modal matrices from the assembled operators, patterns by quadrature. Collective."""
     plate, shapes = modes.plate, modes.shapes
-    n_modes, n_owned = shapes.shape[1], modes.n_owned
+    n_modes = shapes.shape[1]
     comm, copies = plate.domain.comm, plate.mirrors.copies
     area, slope = np.zeros(n_modes), np.zeros((n_modes, n_modes))
     for field in quadrature.fields(plate, columns=2 * n_modes):
@@ -318,21 +314,9 @@ def modal_products(modes: Modes) -> ModalProducts:
         gradient = field.gradient(shapes)
         weighted = gradient * field.weights[..., None, None]
         slope += gradient.reshape(-1, n_modes).T @ weighted.reshape(-1, n_modes)
-    stiff, heavy = np.empty((n_owned, n_modes)), np.empty((n_owned, n_modes))
-    x, y = modes.mass.createVecRight(), modes.mass.createVecLeft()
-    for i, parity in enumerate(modes.parities):
-        x.array[:] = shapes[:n_owned, i]
-        for matrix, columns in ((modes.stiffness[parity], stiff), (modes.mass, heavy)):
-            matrix.mult(x, y)
-            columns[:, i] = y.array
-    owned = shapes[:n_owned]
-    products = np.stack([owned.T @ stiff, owned.T @ heavy, slope])
-    stiffness, mass, slope = copies * comm.allreduce(products) * same_parity(modes)
-    area = copies * comm.allreduce(area)
-    area[[parity != plate.mirrors.even for parity in modes.parities]] = 0.0
-    return ModalProducts(0.5 * (stiffness + stiffness.T), np.diag(mass).copy(), area, slope)
-
-
-def same_parity(modes: Modes) -> np.ndarray:
-    """1 where two modes are of one parity, 0 where their product integrates to zero."""
-    return np.array([[float(a == b) for b in modes.parities] for a in modes.parities])
+    slope, area = copies * comm.allreduce(slope), copies * comm.allreduce(area)
+    parities = modes.parities
+    slope[[[a != b for b in parities] for a in parities]] = 0.0
+    area[[parity != plate.mirrors.even for parity in parities]] = 0.0
+    mass = modes.modal(dict.fromkeys(parities, modes.mass))
+    return ModalProducts(modes.modal(modes.stiffness), np.diag(mass).copy(), area, slope)

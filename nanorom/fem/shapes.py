@@ -137,6 +137,8 @@ def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     largest = size.max(axis=0, initial=0.0)
     plate.domain.comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
     cell, mode = np.nonzero(size > 0.95 * largest)
+    if len(cell) == 0:  # the largest values are on other ranks
+        return mode, np.empty((0, 2)), np.empty(0)
     reference = _climb(plate, cell, shapes[:, mode], grid[start[cell, mode]])
     basis = compat.reference_element(plate.degree).tabulate(0, reference)
     basis = np.asarray(basis).reshape(len(cell), -1)

@@ -23,12 +23,14 @@ from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 from nanorom.fem import accuracy, algebra, compat
+from nanorom.fem.cases import FlatCases
 from nanorom.fem.condensation import in_plane_free
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
 Case = tuple[tuple[int, int], ...]  # (mode, sign) of every mode taking part
 
+BATCH = 256  # load cases handed over together
 QUADRATIC_NOISE = 1e-3  # of the cubic force: quadratic coefficients below it are round-off
 SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
 
@@ -72,32 +74,50 @@ def step(
 ) -> StepResult:
     """Quadratic and cubic coefficients of the first ``count`` modes. Collective.
 
-    The plate has no mirrors: a load case may mix modes of any parity.  ``amplitude`` scales every
-    prescribed mode; it is in the unit in which the plate's ``membrane_stiffness`` is given.  Raises
-    SolverError if a case does not converge.
+    ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
+    ``membrane_stiffness`` is given.  A flat film does not tell the sides apart: of two opposite
+    cases one is solved.  Raises SolverError if a case does not converge.
     """
-    statics = StaticCases(modes, in_plane)
+    statics = static_cases(modes, in_plane)
     cases = list(load_cases(count))
+    solved = [case for case in cases if not (statics.odd and is_mirrored(case))]
     forces: dict[Case, np.ndarray] = {}
-    displacements = []
-    for number, case in enumerate(cases):
-        q = np.zeros(count)
-        for mode, sign in case:
-            q[mode] = sign * amplitude
-        forces[case] = statics.nonlinear_force(q)
-        if len(case) == 1:
-            displacements.append(modes.plate.u.x.array.copy())
+    for first in range(0, len(solved), BATCH):
+        batch = solved[first : first + BATCH]
+        q = np.zeros((len(modes.parities), len(batch)))
+        for column, case in enumerate(batch):
+            for mode, sign in case:
+                q[mode, column] = sign * amplitude
+        for case, force in zip(batch, statics.nonlinear_force(q).T):
+            forces[case] = force[:count]
         if progress is not None:
-            progress(number + 1, len(cases))
+            progress(first + len(batch), len(solved))
+    for case in cases:
+        if case not in forces:
+            forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
     quadratic, cubic = coefficients(forces, count, amplitude)
-    longer, tail = accuracy.in_plane_tails(modes.plate, np.column_stack(displacements))
-    energy = np.abs(cubic).max() * amplitude**4 / 2
-    in_plane_error = float(accuracy.extrapolated(tail, longer).max() / energy)
-    return _symmetric(quadratic, cubic, amplitude, len(cases), in_plane_error)
+    error = statics.in_plane_error(amplitude)
+    return _symmetric(quadratic, cubic, amplitude, len(solved), error)
+
+
+def is_mirrored(case: Case) -> bool:
+    """Whether a case is the opposite of another of STEP's: -j, and -- of a pair."""
+    return all(sign < 0 for _, sign in case)
+
+
+def static_cases(modes: Modes, in_plane: str) -> FlatCases | StaticCases:
+    """The way to solve load cases that a film allows: a flat one takes all of them at once."""
+    plate = modes.plate
+    if plate.shape is None and plate.attraction is None:
+        return FlatCases(modes, in_plane)
+    return StaticCases(modes, in_plane)
 
 
 class StaticCases:
-    """Nonlinear static equilibrium of the film under a prescribed deflection."""
+    """Nonlinear static equilibrium of any film under prescribed deflections, one by one.
+
+    The plate has no mirrors: a load case may mix modes of any parity.
+    """
 
     def __init__(self, modes: Modes, in_plane: str = "free") -> None:
         plate = modes.plate
@@ -116,8 +136,23 @@ class StaticCases:
             tangent = _Reaction(plate, plate.tangent_energy(plate.u, plate.w), in_plane)
             self._tangent = np.column_stack([tangent.solve(w) for w in modes.shapes.T])
 
+    odd = False
+
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
-        """eta (L,) = Phi^T (F_T - K X_c) at modal amplitudes q (L,). Collective."""
+        """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""
+        return np.column_stack([self._force(column) for column in q.T])
+
+    def in_plane_error(self, amplitude: float) -> float:
+        """Estimated error of the in-plane energy relative to the largest of a mode. Collective."""
+        displacements, energies = [], []
+        for j, q in enumerate(amplitude * np.eye(len(self.modes.parities))):
+            energies.append(0.5 * amplitude * abs(self._force(q)[j]))
+            displacements.append(self.plate.u.x.array.copy())
+        longer, tail = accuracy.in_plane_tails(self.plate, np.column_stack(displacements))
+        return float(accuracy.extrapolated(tail, longer).max() / max(energies))
+
+    def _force(self, q: np.ndarray) -> np.ndarray:
+        """eta (L,) at modal amplitudes q (L,). Collective."""
         shapes = self.modes.shapes[:, : len(q)]
         n_owned = self.modes.n_owned
         w = shapes @ q

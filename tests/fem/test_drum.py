@@ -4,8 +4,15 @@ import attrs
 import numpy as np
 import pytest
 
+from mpi4py import MPI
+
 from nanorom.errors import SolverError
-from nanorom.fem import reduce_scene
+from nanorom.fem import discretisation, reduce_scene
+from nanorom.fem import modes as eigen
+from nanorom.fem.cases import FlatCases
+from nanorom.fem.reduce import Scales, build_plate, name
+from nanorom.fem.shapes import normalise
+from nanorom.fem.step import StaticCases, load_cases
 from nanorom.scene import Accuracy, Reduction, Tension
 from tests.fem.exact import (
     DENSITY,
@@ -96,10 +103,41 @@ def test_static_load_cases_give_the_direct_tensor():
     step = reduce_scene(attrs.evolve(scene, reduction=Reduction(method="step")))
     largest = np.abs(direct.cubic).max()
     assert np.abs(step.cubic - direct.cubic).max() < ROUTE_TOLERANCE * largest
-    assert step.diagnostics["load_cases"] == 2 * 5 + 3 * 10 + 10
+    assert step.diagnostics["load_cases"] == 5 + 2 * 10 + 10  # of two opposite cases one
     assert step.diagnostics["asymmetry"] < POTENTIAL_TOLERANCE
     quadratic_force = np.abs(step.quadratic).max() * THICKNESS**2
     assert quadratic_force < POTENTIAL_TOLERANCE * largest * THICKNESS**3
+
+
+def test_block_solution_gives_the_reactions_of_snes_on_the_whole_film():
+    """All 35 load cases of four modes: energy forms on the unfolded mesh against class kernels."""
+    scene = attrs.evolve(paper_drum(4), accuracy=Accuracy(degree=4, mesh_size=RADIUS / 2))
+    forces = {}
+    for whole in (True, False):
+        modes = solved_modes(scene, whole)
+        cases = StaticCases(modes) if whole else FlatCases(modes)
+        q = np.zeros((len(modes.parities), 0))
+        for case in load_cases(4):
+            column = np.zeros((len(modes.parities), 1))
+            for mode, sign in case:
+                column[mode] = 0.3 * sign
+            q = np.hstack([q, column])
+        forces[whole] = cases.nonlinear_force(q)[:4]
+    assert forces[True].shape[1] == 2 * 4 + 3 * 6 + 4
+    error = np.abs(forces[True] - forces[False]).max()
+    assert error < ROUTE_TOLERANCE * np.abs(forces[True]).max()
+
+
+def solved_modes(scene, whole):
+    """Normalised modes of a scene, on the whole film or on the part that mirrors leave."""
+    scales = Scales.of(scene)
+    chosen = attrs.evolve(discretisation.choose(scene, scales.length, 0.0, None), whole=whole)
+    plate = build_plate(MPI.COMM_WORLD, scene, scales, chosen)
+    return normalise(name(scene, eigen.solve(plate, 4))[0])
+
+
+def test_step_has_352_load_cases_for_eleven_modes():
+    assert len(list(load_cases(11))) == 352
 
 
 @pytest.mark.parametrize("amplitude", [1e-3, 1e-1, 1.0])

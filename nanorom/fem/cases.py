@@ -1,0 +1,239 @@
+"""Static load cases of a flat film, many at once, class by class.
+
+The membrane force of a prescribed deflection is quadratic in it and the in-plane equilibrium
+linear in the displacement, so that everything STEP asks for is one trilinear form,
+
+    T_r(w1, w2, w3) = int N(w1, w2):(grad phi_r (x) grad w3),
+    N(w1, w2) = C:(sym(grad w1 (x) grad w2) + sym grad u),   u in equilibrium with N,
+
+with eta_r(w) = 1/2 T_r(w, w, w) and its derivative along v: 1/2 T_r(w, w, v) + T_r(w, v, w).
+Where mirrors cut the film, fields are kept by parity: the in-plane problem of each class is solved
+by itself, for all load cases together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from petsc4py import PETSc
+
+from nanorom.errors import SolverError
+from nanorom.fem import accuracy, algebra, compat, quadrature
+from nanorom.fem.condensation import (
+    add_in_plane_load,
+    assembled,
+    in_plane_free,
+    membrane_force,
+    n_in_plane,
+)
+from nanorom.fem.modes import Modes
+from nanorom.fem.plate import Plate
+from nanorom.fem.symmetry import Parity, product_parity
+
+SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
+MOST_COLUMNS = 64  # load cases solved together
+
+ByParity = dict[Parity, np.ndarray]
+
+
+class FlatCases:
+    """Nonlinear static equilibrium of a flat film under prescribed deflections w = Phi q."""
+
+    odd = True  # the force of -w is minus that of w: a film without curvature does not tell sides
+
+    def __init__(self, modes: Modes, in_plane: str = "free") -> None:
+        self.modes, self.plate = modes, modes.plate
+        self._stiffness = modes.modal(modes.stiffness)
+        self._members = {
+            p: np.array([i for i, own in enumerate(modes.parities) if own == p])
+            for p in sorted(set(modes.parities))
+        }
+        self._equilibria: dict[Parity, _Equilibrium] = {}
+        self._assembled = None
+        if in_plane == "free":
+            self._assembled = algebra.assemble(compat.form(self.plate.in_plane_form()))
+        self.displacement: ByParity = {}
+
+    def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
+        """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""
+        total = 0.5 * self.trilinear(q, q, q) + self._stiffness @ q
+        return total - self._stiffness @ q
+
+    def in_plane_error(self, amplitude: float) -> float:
+        """Estimated error of the in-plane energy relative to the largest of a mode. Collective.
+
+        It does not depend on the amplitude.
+        """
+        n = len(self.modes.parities)
+        largest, error = 0.0, 0.0
+        for first in range(0, n, MOST_COLUMNS):
+            q = np.eye(n)[:, first : first + MOST_COLUMNS]
+            largest = max(largest, np.abs(np.diag(self._trilinear(q, q, q)[first:])).max())
+            for displacement in self.displacement.values():
+                longer, tail = accuracy.in_plane_tails(self.plate, displacement)
+                error = max(error, accuracy.extrapolated(tail, longer).max())
+        return float(error / largest)
+
+    def tangent(self, q: np.ndarray) -> np.ndarray:
+        """d eta_r/d q_l (L, L) at one state q (L,). Collective."""
+        n = len(q)
+        state, directions = np.repeat(q[:, None], n, axis=1), np.eye(n)
+        geometric = 0.5 * self.trilinear(state, state, directions)
+        return geometric + self.trilinear(state, directions, state)
+
+    def trilinear(self, q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> np.ndarray:
+        """T_r (L, m) of amplitudes (L, m), columns of equal classes together. Collective."""
+        result = np.empty_like(q1)
+        for columns in self._groups(q1, q2, q3):
+            parts = (q1[:, columns], q2[:, columns], q3[:, columns])
+            result[:, columns] = self._trilinear(*parts)
+        return result
+
+    def _groups(self, *amplitudes: np.ndarray) -> Iterator[np.ndarray]:
+        """Columns in which the same classes move, at most `MOST_COLUMNS` at a time."""
+        moving = [
+            tuple(tuple(bool(q[own, i].any()) for own in self._members.values()) for q in amplitudes)
+            for i in range(amplitudes[0].shape[1])
+        ]
+        for kind in sorted(set(moving)):
+            columns = np.array([i for i, own in enumerate(moving) if own == kind])
+            for first in range(0, len(columns), MOST_COLUMNS):
+                yield columns[first : first + MOST_COLUMNS]
+
+    def _trilinear(self, q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> np.ndarray:
+        """T_r (L, m) of columns in which the same classes move."""
+        plate, m = self.plate, q1.shape[1]
+        loads: ByParity = {}
+        for field in quadrature.fields(plate, columns=12 * m):
+            slopes = self._mode_slopes(field)
+            for parity, strain in _strains(_moved(slopes, q1), _moved(slopes, q2)).items():
+                force = membrane_force(plate, *strain) * field.weights[..., None]
+                load = loads.setdefault(parity, np.zeros((n_in_plane(plate), m)))
+                add_in_plane_load(plate, field, force, load)
+        self.displacement = {p: self._equilibrium(p, load) for p, load in sorted(loads.items())}
+        result = np.zeros_like(q1)
+        for field in quadrature.fields(plate, columns=12 * m):
+            slopes = self._mode_slopes(field)
+            third = _moved(slopes, q3)
+            for parity, strain in _strains(_moved(slopes, q1), _moved(slopes, q2)).items():
+                strain = strain + _in_plane_strain(plate, field, self.displacement[parity])
+                force = membrane_force(plate, *strain) * field.weights[..., None]
+                for own, (x, y) in third.items():
+                    target = product_parity(own, parity)
+                    if target in slopes:
+                        traction = np.stack(
+                            [force[0] * x + force[2] * y, force[2] * x + force[1] * y]
+                        )
+                        slope, members = slopes[target]
+                        rows = slope.reshape(-1, len(members))
+                        result[members] += rows.T @ traction.reshape(len(rows), m)
+        return plate.mirrors.copies * plate.domain.comm.allreduce(result)
+
+    def _mode_slopes(self, field: quadrature.CellFields) -> dict[Parity, tuple]:
+        """By class: slopes (2, c, q, L_c) of its modes, and their numbers."""
+        slope = np.moveaxis(field.gradient(self.modes.shapes), 2, 0)
+        return {p: (np.ascontiguousarray(slope[..., own]), own) for p, own in self._members.items()}
+
+    def _equilibrium(self, parity: Parity, load: np.ndarray) -> np.ndarray:
+        """In-plane displacement (local dofs, m) in equilibrium with a load. Collective."""
+        if self._assembled is None:
+            return np.zeros_like(load)
+        if parity not in self._equilibria:
+            self._equilibria[parity] = _Equilibrium(
+                in_plane_free(self.plate, parity), self._assembled
+            )
+        return self._equilibria[parity].solve(assembled(self.plate, load))
+
+
+def _moved(slopes: dict[Parity, tuple], q: np.ndarray) -> ByParity:
+    """Slopes (2, c, q, m) of the deflections Phi q, by class; classes at rest are left out."""
+    return {p: slope @ q[own] for p, (slope, own) in slopes.items() if q[own].any()}
+
+
+def _strains(first: ByParity, second: ByParity) -> ByParity:
+    """sym(grad w1 (x) grad w2), components (3, c, q, m), by the parity of the product."""
+    found: ByParity = {}
+    for p1, (x1, y1) in first.items():
+        for p2, (x2, y2) in second.items():
+            product = np.stack([x1 * x2, y1 * y2, 0.5 * (x1 * y2 + y1 * x2)])
+            parity = product_parity(p1, p2)
+            found[parity] = found[parity] + product if parity in found else product
+    return found
+
+
+def _in_plane_strain(
+    plate: Plate, field: quadrature.CellFields, displacement: np.ndarray
+) -> np.ndarray:
+    """sym grad u, components (3, c, q, m), of displacements (local dofs, m)."""
+    dofs = compat.cell_dofs(plate.in_plane)[field.cells]
+    c, q, _, n = field.gradients.shape
+    rows = field.gradients.reshape(c, 2 * q, n)
+    u, v = (
+        np.matmul(rows, displacement[2 * dofs + component]).reshape(c, q, 2, -1)
+        for component in (0, 1)
+    )
+    return np.stack([u[:, :, 0], v[:, :, 1], 0.5 * (u[:, :, 1] + v[:, :, 0])])
+
+
+class _Equilibrium:
+    """SNES for the in-plane displacements of all load cases of a class as one block.
+
+    The tangent is the same for every case and every state: it is factorised once.
+    """
+
+    def __init__(self, free: algebra.FreeDofs, stiffness: PETSc.Mat) -> None:
+        self.free = free
+        self._matrix = free.restrict(stiffness)
+        self._factors = algebra.Factorization(
+            self._matrix, "nanorom_in_plane_", "in-plane stiffness"
+        )
+
+    def solve(self, loads: np.ndarray) -> np.ndarray:
+        """Displacements (local dofs, m) in equilibrium with loads (local dofs, m). Collective.
+
+        Raises SolverError if a load case does not converge.
+        """
+        block = loads[self.free.local]
+        x = PETSc.Vec().createMPI((block.size, None), comm=self.free.comm)
+        snes = PETSc.SNES().create(self.free.comm)
+        snes.setOptionsPrefix("nanorom_step_")
+        residual, jacobian = x.duplicate(), PETSc.Mat().createPython(
+            ((block.size, None), (block.size, None)), comm=self.free.comm
+        )
+        jacobian.setPythonContext(self)
+        jacobian.setUp()
+        self._shape = block.shape
+
+        def function(_: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
+            f.array[:] = (self._product(x) + block).ravel()
+
+        snes.setFunction(function, residual)
+        snes.setJacobian(lambda *_: None, jacobian)
+        solver = snes.getKSP()
+        solver.setType("preonly")
+        solver.getPC().setType("python")
+        solver.getPC().setPythonContext(self)
+        snes.setTolerances(rtol=SNES_TOLERANCE, atol=0.0, stol=0.0, max_it=5)
+        snes.setFromOptions()
+        snes.solve(None, x)
+        if snes.getConvergedReason() <= 0 and snes.getFunctionNorm() > 0:
+            raise SolverError(
+                f"static load cases did not converge: SNES reason {snes.getConvergedReason()} "
+                f"at residual {snes.getFunctionNorm():.1e}; check the mesh for degenerate cells"
+            )
+        return self.free.extended(x.array_r.reshape(self._shape))
+
+    def _product(self, x: PETSc.Vec) -> np.ndarray:
+        return algebra.multiply(self._matrix, x.array_r.reshape(self._shape))
+
+    # what PETSc asks of a matrix and of a preconditioner written in Python
+
+    def mult(self, _: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """y = A x for every load case."""
+        y.array[:] = self._product(x).ravel()
+
+    def apply(self, _: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """y = A^-1 x for every load case."""
+        y.array[:] = self._factors.solve(x.array_r.reshape(self._shape)).ravel()
+
