@@ -330,7 +330,9 @@ number = 0
 for kind in ('PD', 'BP'):
     for point in base(kind) or []:
         number += 1
-        branch = run(point, ISW=-1, UZSTOP={{1: [{low!r} / 2, {high!r} * 2]}}, **sweep)
+        # a branch that bifurcates ends where it comes back to one it shares an orbit with
+        limits = {{1: [{low!r} / 2, {high!r} * 2]}}
+        branch = run(point, ISW=-1, STOP=['BP1'], UZSTOP=limits, **sweep)
         save(branch, 'branch%d' % number)
 """
 

@@ -237,7 +237,7 @@ class _Curve:
     ) -> tuple[_Balance, Array, Array]:
         """More harmonics where the last ones are not small."""
         sizes = np.abs(point.full).max(axis=1)
-        if sizes[-4:].max() < TAIL * sizes.max():
+        if sizes[-4:].max() <= TAIL * sizes.max():
             return balance, z, tangent
         larger = self._balance(balance.basis.harmonics + 1)
         n = balance.basis.size
