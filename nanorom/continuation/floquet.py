@@ -73,6 +73,7 @@ class FloquetSolver:
         self.has_loss = bool(self.loss.any())
         values = np.linalg.eigvals(system.stiffness)
         self.fastest = float(np.sqrt(np.abs(values).max()))
+        self._buffers: dict[str, Array] = {}
         self._signs: dict[tuple[bytes, tuple[int, ...]], Array | None] = {}
         self._density: dict[tuple[int, bool], float] = {}  # intervals times rate, learnt on the way
 
@@ -165,17 +166,20 @@ class FloquetSolver:
         durations = (np.pi if half else 2 * np.pi) / intervals / rates
         local = self._local(stiffness * (durations**2)[:, None, None, None], table, intervals)
         if damping is not None:
-            friction = self._local(damping * durations[:, None, None, None], table, intervals)
+            friction = self._local(
+                damping * durations[:, None, None, None], table, intervals, "friction"
+            )
         linear = -self.system.damping * durations[:, None, None, None]
         # y[:, :, order - j] holds the Taylor coefficient j of the fundamental matrix (value, slope
         # = identity)
-        y = np.empty((n, intervals, order + 1, size, 2 * size))
+        y = self._buffer("y", (n, intervals, order + 1, size, 2 * size))
+        force = self._buffer("force", (n, intervals, size, 2 * size))
         y[:, :, order] = np.eye(size, 2 * size)
         y[:, :, order - 1] = np.eye(size, 2 * size, size)
         flat = y.reshape(n, intervals, (order + 1) * size, 2 * size)
         for j in range(order - 1):
             matrix = local[:, :, :, : j + 1].reshape(n, intervals, size, (j + 1) * size)
-            force = np.matmul(matrix, flat[:, :, (order - j) * size :])
+            np.matmul(matrix, flat[:, :, (order - j) * size :], out=force)
             if damping is None:
                 force -= (j + 1.0) * np.matmul(linear, y[:, :, order - j - 1])
             else:
@@ -183,7 +187,7 @@ class FloquetSolver:
                 past = flat[:, :, (order - j - 1) * size : order * size] * weights
                 force += np.matmul(friction[:, :, :, : j + 1].reshape(n, intervals, size, -1), past)
             np.multiply(force, -1.0 / ((j + 2.0) * (j + 1.0)), out=y[:, :, order - j - 2])
-        maps = np.empty((n, intervals, 2 * size, 2 * size))
+        maps = self._buffer("maps", (n, intervals, 2 * size, 2 * size))
         np.sum(y, axis=2, out=maps[:, :, :size])
         slopes = np.arange(order, -1, -1.0)
         np.einsum("j,nmjab->nmab", slopes, y, out=maps[:, :, size:])
@@ -193,13 +197,21 @@ class FloquetSolver:
         maps[:, :, :, size:] *= scale
         return maps, error
 
-    def _local(self, harmonics: Array, table: Array, intervals: int) -> Array:
+    def _local(self, harmonics: Array, table: Array, intervals: int, name: str = "local") -> Array:
         """Taylor coefficients of a matrix function on every interval: view (n, M, L, P, L)."""
         size = self.size
         n = len(harmonics)
         by_row = np.ascontiguousarray(harmonics.transpose(0, 2, 1, 3))
-        local = np.matmul(table, by_row).reshape(n, size, intervals, -1, size)
-        return local.transpose(0, 2, 1, 3, 4)
+        local = self._buffer(name, (n, size, len(table), size))
+        np.matmul(table, by_row, out=local)
+        return local.reshape(n, size, intervals, -1, size).transpose(0, 2, 1, 3, 4)
+
+    def _buffer(self, name: str, shape: tuple[int, ...]) -> Array:
+        """Work space that is reused: large temporaries are faulted in anew at every operation."""
+        count = int(np.prod(shape))
+        if name not in self._buffers or self._buffers[name].size < count:
+            self._buffers[name] = np.empty(count)
+        return self._buffers[name][:count].reshape(shape)
 
     def multipliers(
         self, orbits: Array, rates: Array, period_multiple: int, support: Support

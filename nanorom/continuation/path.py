@@ -17,7 +17,8 @@ from .trace import Orbit, Tracer, real_roots
 
 SAME_ORBIT = 1e-6
 ARC_POINTS = 33
-LEAST_POINTS = 60  # on a branch, for a smooth picture
+LEAST_POINTS = 60  # on a branch, for a smooth picture; half as many where they cost most
+FEW_MODES = 4
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
 
 
@@ -76,7 +77,8 @@ class Path:
             count = max(
                 1, int(np.ceil(abs(periods[1] - periods[0]) * self.floquet.fastest / PHASE_SPACING))
             )
-            count = max(count, -(-LEAST_POINTS // len(self.steps)))
+            least = LEAST_POINTS if self.tracer.system.size <= FEW_MODES else LEAST_POINTS // 2
+            count = max(count, -(-least // len(self.steps)))
             if number == 0:
                 first += 1e-3 * (last - first)
             places += [Place(number, first + (last - first) * i / count) for i in range(count)]

@@ -69,6 +69,9 @@ class SeriesExpansion:
         self.backward = np.zeros((n, order + 1, size))
         self.secants = np.zeros((n, order + 1, size * size))
         self.orders = np.zeros((order + 1, rows, size))
+        # large temporaries would be returned to the system and faulted in again at every operation
+        self._pairs = np.empty((n, size, size))
+        self._outer = np.empty((n, size, size))
         if balance.has_loss:
             self.losses = np.zeros((n, order + 1, size * size))
             self.velocity = np.zeros((n, order + 1, size))
@@ -100,7 +103,9 @@ class SeriesExpansion:
             pairs = None
             if k > 1:
                 pairs = np.matmul(
-                    self.forward[:, 1:k].transpose(0, 2, 1), self.backward[:, order - k + 1 : order]
+                    self.forward[:, 1:k].transpose(0, 2, 1),
+                    self.backward[:, order - k + 1 : order],
+                    out=self._pairs,
                 )
                 squares[k] = rates[1:k] @ rates[k - 1 : 0 : -1]
                 rhs[:-1] = -basis.pack(self._known(k, pairs, cubic_at_v0, rates, squares))
@@ -161,10 +166,13 @@ class SeriesExpansion:
         """Secant matrices (and losses) of order k, now that the unknowns of order k are there."""
         balance = self.balance
         v = self.forward[:, k]
-        outer = v0[:, :, None] * v[:, None, :]
-        total = outer + outer.transpose(0, 2, 1)
-        if pairs is not None:
-            total += pairs
+        total = np.multiply(v0[:, :, None], v[:, None, :], out=self._outer)
+        if pairs is None:
+            total += total.transpose(0, 2, 1).copy()
+        else:
+            pairs += total
+            pairs += total.transpose(0, 2, 1)
+            total = pairs
         flat = total.reshape(len(v), -1)
         np.matmul(flat, balance.cubic, out=self.secants[:, k])
         if balance.has_quadratic:
