@@ -155,17 +155,16 @@ def _basis(beam: Beam, size: int) -> Array:
 
 
 def _peaks(coefficients: Array) -> Array:
-    """Signed value of every shape at its largest |phi|, the first of equal ones from the left."""
+    """Largest |phi| of every shape, signed as at the first of equal ones from the left."""
     grid = np.cos(np.linspace(np.pi, 0, 20 * coefficients.shape[1]))
     peaks = np.empty(len(coefficients))
     for i, c in enumerate(coefficients):
-        value = np.abs(legendre.legval(grid, c))
-        near = value > (1 - 1e-3) * value.max()
-        first = np.flatnonzero(near)[0]
-        run = first + np.argmin(np.append(near[first:], False))
-        x = grid[first + value[first:run].argmax()]
+        value = legendre.legval(grid, c)
+        size = np.abs(value)
+        sign = np.sign(value[np.flatnonzero(size > (1 - 1e-3) * size.max())[0]])
+        x = grid[size.argmax()]
         d1, d2 = legendre.legder(c), legendre.legder(c, 2)
         for _ in range(6):
             x -= legendre.legval(x, d1) / legendre.legval(x, d2)
-        peaks[i] = legendre.legval(x, c)
+        peaks[i] = sign * abs(legendre.legval(x, c))
     return peaks
