@@ -159,12 +159,13 @@ def _peaks(coefficients: Array) -> Array:
     grid = np.cos(np.linspace(np.pi, 0, 20 * coefficients.shape[1]))
     peaks = np.empty(len(coefficients))
     for i, c in enumerate(coefficients):
-        value = legendre.legval(grid, c)
-        size = np.abs(value)
-        sign = np.sign(value[np.flatnonzero(size > (1 - 1e-3) * size.max())[0]])
-        x = grid[size.argmax()]
+        size = np.abs(legendre.legval(grid, c))
+        inside = (size[1:-1] >= size[:-2]) & (size[1:-1] >= size[2:])
+        tops = 1 + np.flatnonzero(inside & (size[1:-1] > (1 - 1e-3) * size.max()))
+        x = grid[tops]
         d1, d2 = legendre.legder(c), legendre.legder(c, 2)
         for _ in range(6):
-            x -= legendre.legval(x, d1) / legendre.legval(x, d2)
-        peaks[i] = sign * abs(legendre.legval(x, c))
+            x = x - legendre.legval(x, d1) / legendre.legval(x, d2)
+        values = legendre.legval(x, c)
+        peaks[i] = np.sign(values[0]) * np.abs(values).max()
     return peaks

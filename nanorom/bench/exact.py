@@ -249,14 +249,15 @@ def _beam_shape(n: int, b: float, g: float, x: Array) -> tuple[Array, Array]:
             slope = slope - end * g * (rise - sign * fall) / scale
         return value, slope
 
-    grid = np.linspace(-0.5, 0.5, 4001)
-    top = int(np.abs(raw(grid)[0]).argmax())
-    peak = grid[top]
-    if 0 < top < 4000 and raw(grid[top - 1 : top])[1] * raw(grid[top + 1 : top + 2])[1] < 0:
-        peak = brentq(
-            lambda y: float(raw(np.array(y))[1]), grid[top - 1], grid[top + 1], xtol=1e-15
-        )
-    size = float(raw(np.array(peak))[0])
+    grid = np.linspace(-0.5, 0.5, 4000)
+    slopes = raw(grid)[1]
+    turns = np.flatnonzero(slopes[:-1] * slopes[1:] < 0)
+    tops = [
+        brentq(lambda y: float(raw(np.array(y))[1]), grid[i], grid[i + 1], xtol=1e-15)
+        for i in turns
+    ]
+    values = raw(np.array(tops))[0]
+    size = float(values[np.abs(values).argmax()])
     value, slope = raw(x)
     return value / size, slope / size
 
