@@ -18,6 +18,7 @@ from .harmonics import Support, close_support
 from .orbit import PeriodicOrbit
 from .path import orbit_amplitudes
 from .system import Array, ModalSystem, ScaledSystem
+from .threads import one_thread
 from .trace import Orbit, Settings, Tracer
 
 FIRST_AMPLITUDE = 1e-3
@@ -37,6 +38,7 @@ class Backbone:
     orbits: list[PeriodicOrbit] = attrs.field(repr=False)
 
 
+@one_thread()
 def backbone(
     system: ModalSystem,
     mode: int = 0,

@@ -20,6 +20,7 @@ from .shooting import Shooting
 from .special import Detector
 from .switching import Bifurcation, first_orbit, fixed_rate, follow_closed
 from .system import Array, ModalSystem, ScaledSystem
+from .threads import one_thread
 from .trace import Orbit, Settings, Tracer
 
 SAME_FREQUENCY = 1e-6
@@ -36,6 +37,7 @@ class _Node:
     switched: bool = False
 
 
+@one_thread()
 def explore(
     system: ModalSystem,
     omega: tuple[float, float],

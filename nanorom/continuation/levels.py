@@ -16,8 +16,6 @@ from .diagram import Diagram
 from .explore import explore
 from .system import ModalSystem
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-
 
 def explore_levels(
     system: ModalSystem,
@@ -50,22 +48,15 @@ def explore_levels(
     if min(processes, len(tasks)) <= 1:
         return [_report(_one(task), i, len(tasks), progress) for i, task in enumerate(tasks)]
     results: list[Diagram | None] = [None] * len(tasks)
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))  # inherited by the spawned processes
-    try:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(min(processes, len(tasks)), mp_context=context) as pool:
-            # strong drive costs most: start there
-            order = sorted(range(len(tasks)), key=lambda i: -sum(abs(x) for x in pairs[i]))
-            waiting = {pool.submit(_one, tasks[i]): i for i in order}
-            for done, future in enumerate(as_completed(waiting)):
-                results[waiting[future]] = _report(future.result(), done, len(tasks), progress)
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+    # a forked process needs no import and no guard in the caller's script
+    method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
+    context = multiprocessing.get_context(method)
+    with ProcessPoolExecutor(min(processes, len(tasks)), mp_context=context) as pool:
+        # strong drive costs most: start there
+        order = sorted(range(len(tasks)), key=lambda i: -sum(abs(x) for x in pairs[i]))
+        waiting = {pool.submit(_one, tasks[i]): i for i in order}
+        for done, future in enumerate(as_completed(waiting)):
+            results[waiting[future]] = _report(future.result(), done, len(tasks), progress)
     return [result for result in results if result is not None]
 
 

@@ -31,6 +31,7 @@ from .harmonics import (
 )
 from .path import orbit_amplitudes
 from .system import Array, ModalSystem, ScaledSystem
+from .threads import one_thread
 
 PARAMETERS = ("direct", "parametric", "both")
 NEWTON = 1e-9
@@ -51,6 +52,7 @@ class Locus:
     amplitude: Array
 
 
+@one_thread()
 def locus(
     system: ModalSystem,
     point: SpecialPoint,

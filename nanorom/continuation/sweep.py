@@ -15,6 +15,7 @@ from scipy.integrate import odeint
 from nanorom.errors import ContinuationError
 
 from .system import Array, ModalSystem, ScaledSystem
+from .threads import one_thread
 
 SAMPLES = 64  # of a period, to read amplitudes
 
@@ -31,6 +32,7 @@ class Sweep:
     settled: Array
 
 
+@one_thread()
 def sweep(
     system: ModalSystem,
     omega: Sequence[float] | Array,
