@@ -45,7 +45,7 @@ def explore(
     parametric: float = 0.0,
     *,
     depth: int = 1,
-    tolerance: float = 1e-9,
+    tolerance: float = 5e-10,
     harmonics: int = 150,
     steps: int = 2000,
     reach: float = 2.0,

@@ -35,7 +35,7 @@ def states(
     parametric: float = 0.0,
     *,
     falling: bool = False,
-    tolerance: float = 1e-9,
+    tolerance: float = 5e-10,
     steps: int = 2000,
 ) -> Iterator[State]:
     """States of the response from rest, one per step, computed as they are asked for.

@@ -25,8 +25,8 @@ class Settings:
     branch may leave the frequency range on either side.
     """
 
-    tolerance: float = 1e-9
-    series: float = 1e-9
+    tolerance: float = 5e-10
+    series: float = 5e-10
     depth: int = 1
     steps: int = 2000
     harmonics: int = 150
