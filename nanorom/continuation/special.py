@@ -269,5 +269,7 @@ def _vertex(positions: Array, logs: Array) -> float | None:
     gain = slope**2 / (4 * bend)
     if gain < 0.3 or abs(vertex) < 1e-3 * (right - left):
         return None
+    # on a grid, so that round-off does not move the point
+    vertex = float(np.round(64 * vertex / (right - left)) / 64 * (right - left))
     vertex = float(np.clip(vertex, 0.9 * left, 0.9 * right))
     return float(positions[1] + vertex)

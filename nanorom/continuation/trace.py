@@ -205,6 +205,8 @@ class Tracer:
         drift = abs(rates[1]) * length / rates[0]
         if drift > 0.25 or not np.isfinite(length):
             length = 0.25 * rates[0] / abs(rates[1])
+        # on a coarse grid, so that round-off (other units, say) does not move the points
+        length = float(2.0 ** (np.floor(16 * np.log2(length)) / 16))
         for _ in range(12):
             weights = length ** np.arange(len(rates))
             x, rate = balance.basis.unpack(weights @ packed), float(weights @ rates)
