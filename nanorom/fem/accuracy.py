@@ -13,7 +13,7 @@ import attrs
 import basix
 import numpy as np
 
-from nanorom.fem import compat, quadrature
+from nanorom.fem import compat, membrane, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
@@ -71,17 +71,15 @@ def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
 def in_plane_tails(plate: Plate, displacements: np.ndarray) -> np.ndarray:
     """Membrane energy (2, m) of the tails of in-plane displacements (local dofs, m). Collective."""
     dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
-    local = np.stack([displacements[2 * dofs], displacements[2 * dofs + 1]])
-    nu = float(plate.nu.value)
-    stiffness = float(plate.membrane_stiffness.value) / (1 - nu**2)
+    u, v = displacements[2 * dofs], displacements[2 * dofs + 1]
     energy = np.zeros((2, displacements.shape[1]))
     projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
-    for field in quadrature.fields(plate, columns=8 * displacements.shape[1]):
+    for field in quadrature.fields(plate, columns=9 * displacements.shape[1]):
         for i, projection in enumerate(projections):
-            u, v = (_gradient(field, np.matmul(projection, part[field.cells])) for part in local)
-            xx, yy, xy = u[:, :, 0], v[:, :, 1], 0.5 * (u[:, :, 1] + v[:, :, 0])
-            density = xx**2 + yy**2 + 2 * nu * xx * yy + 2 * (1 - nu) * xy**2
-            energy[i] += stiffness * _integral(field, density)
+            tails = (np.matmul(projection, part[field.cells]) for part in (u, v))
+            strain = membrane.strain_of_cells(field, *tails)
+            xx, yy, xy = strain * membrane.force(plate, strain)
+            energy[i] += _integral(field, xx + yy + 2 * xy)
     return plate.domain.comm.allreduce(energy)
 
 
@@ -111,15 +109,9 @@ def _integral(field: quadrature.CellFields, density: np.ndarray) -> np.ndarray:
     return field.weights.ravel() @ density.reshape(field.weights.size, -1)
 
 
-def _gradient(field: quadrature.CellFields, local: np.ndarray) -> np.ndarray:
-    """Gradient (c, q, 2, L) of fields with cell coefficients (c, n, L)."""
-    c, q, _, n = field.gradients.shape
-    return np.matmul(field.gradients.reshape(c, 2 * q, n), local).reshape(c, q, 2, -1)
-
-
 def _linear_energy(plate: Plate, field: quadrature.CellFields, local: np.ndarray) -> np.ndarray:
     """Energy (L,) of tension and bending inside the cells, without the terms on facets."""
-    slope = _gradient(field, local)
+    slope = field.cell_gradient(local)
     tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)])
     energy = _integral(field, np.einsum("d,cqdl->cql", tension, slope**2))
     if plate.bending:

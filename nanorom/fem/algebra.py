@@ -11,6 +11,8 @@ from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 
+REFINED = 1e-13  # relative residual above which a solution is refined
+MOST_REFINEMENTS = 2
 RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
 
 
@@ -85,6 +87,7 @@ class Factorization:
     def __init__(self, matrix: PETSc.Mat, prefix: str, meaning: str) -> None:
         self.matrix = matrix
         self.meaning = meaning
+        self._scale = matrix.getDiagonal().max()[1]
         self.solver = PETSc.KSP().create(matrix.comm)
         self.solver.setOptionsPrefix(prefix)
         self.solver.setOperators(matrix)
@@ -102,21 +105,29 @@ class Factorization:
 
         Raises SolverError if a relative residual exceeds `RESIDUAL_TOLERANCE`.
         """
+        solution = self._solve_once(right_hand_sides)
+        for _ in range(MOST_REFINEMENTS):
+            residual = right_hand_sides - multiply(self.matrix, solution)
+            scaled = self._scale * solution
+            squares = [np.sum(a**2) for a in (residual, right_hand_sides, scaled)]
+            size = np.sqrt(self.matrix.comm.tompi4py().allreduce(np.array(squares)))
+            if not size[0] > REFINED * size[1]:
+                return solution
+            solution = solution + self._solve_once(residual)
+        if not size[0] <= RESIDUAL_TOLERANCE * (size[1] + size[2]):
+            raise SolverError(
+                f"the {self.meaning} was solved to a relative residual of "
+                f"{size[0] / (size[1] + size[2]):.1e} only; check the mesh for degenerate cells"
+            )
+        return solution
+
+    def _solve_once(self, right_hand_sides: np.ndarray) -> np.ndarray:
         b = dense(self.matrix, right_hand_sides)
         x = dense(self.matrix, np.zeros_like(right_hand_sides))
         self.solver.getPC().getFactorMatrix().matSolve(b, x)
         solution = np.array(x.getDenseArray())
-        self.matrix.matMult(x, b)
-        residual = b.getDenseArray() - right_hand_sides
-        size = np.array([np.sum(residual**2), np.sum(right_hand_sides**2)])
-        size = self.matrix.comm.tompi4py().allreduce(size)
         b.destroy()
         x.destroy()
-        if not size[0] <= RESIDUAL_TOLERANCE**2 * size[1]:
-            raise SolverError(
-                f"the {self.meaning} was solved to a relative residual of "
-                f"{np.sqrt(size[0] / size[1]):.1e} only; check the mesh for degenerate cells"
-            )
         return solution
 
 

@@ -19,19 +19,13 @@ import numpy as np
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import accuracy, algebra, compat, quadrature
-from nanorom.fem.condensation import (
-    add_in_plane_load,
-    assembled,
-    in_plane_free,
-    membrane_force,
-    n_in_plane,
-)
+from nanorom.fem import accuracy, algebra, compat, membrane, quadrature
 from nanorom.fem.modes import Modes
-from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity, product_parity
 
 SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
+REFINED = 1e-13  # residual beyond which displacements are solved for again
+TINY = 1e-300
 MOST_COLUMNS = 64  # load cases solved together
 
 ByParity = dict[Parity, np.ndarray]
@@ -75,12 +69,13 @@ class FlatCases:
                 error = max(error, accuracy.extrapolated(tail, longer).max())
         return float(error / largest)
 
-    def tangent(self, q: np.ndarray) -> np.ndarray:
-        """d eta_r/d q_l (L, L) at one state q (L,). Collective."""
-        n = len(q)
-        state, directions = np.repeat(q[:, None], n, axis=1), np.eye(n)
-        geometric = 0.5 * self.trilinear(state, state, directions)
-        return geometric + self.trilinear(state, directions, state)
+    def tangents(self, q: np.ndarray) -> np.ndarray:
+        """d eta_r/d q_l (m, L, L) at states q (L, m). Collective."""
+        n, m = q.shape
+        state, direction = np.repeat(q, n, axis=1), np.tile(np.eye(n), m)
+        columns = 0.5 * self.trilinear(state, state, direction)
+        columns += self.trilinear(state, direction, state)
+        return columns.reshape(n, m, n).transpose(1, 0, 2)
 
     def trilinear(self, q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> np.ndarray:
         """T_r (L, m) of amplitudes (L, m), columns of equal classes together. Collective."""
@@ -104,21 +99,20 @@ class FlatCases:
     def _trilinear(self, q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> np.ndarray:
         """T_r (L, m) of columns in which the same classes move."""
         plate, m = self.plate, q1.shape[1]
-        loads: ByParity = {}
-        for field in quadrature.fields(plate, columns=12 * m):
-            slopes = self._mode_slopes(field)
-            for parity, strain in _strains(_moved(slopes, q1), _moved(slopes, q2)).items():
-                force = membrane_force(plate, *strain) * field.weights[..., None]
-                load = loads.setdefault(parity, np.zeros((n_in_plane(plate), m)))
-                add_in_plane_load(plate, field, force, load)
-        self.displacement = {p: self._equilibrium(p, load) for p, load in sorted(loads.items())}
+        self.displacement = {}
+        self.displacement = {p: self._solved(p, load) for p, load in self._loads(q1, q2).items()}
+        if max((e.residual for e in self._equilibria.values()), default=0.0) > REFINED:
+            # a film much stiffer in one direction: what is left of the strains is a small
+            # difference, and the residual is found from it rather than from the displacement
+            for parity, load in self._loads(q1, q2).items():
+                self.displacement[parity] += self._solved(parity, load, again=True)
         result = np.zeros_like(q1)
         for field in quadrature.fields(plate, columns=12 * m):
             slopes = self._mode_slopes(field)
             third = _moved(slopes, q3)
             for parity, strain in _strains(_moved(slopes, q1), _moved(slopes, q2)).items():
-                strain = strain + _in_plane_strain(plate, field, self.displacement[parity])
-                force = membrane_force(plate, *strain) * field.weights[..., None]
+                strain = strain + membrane.strain(plate, field, self.displacement[parity])
+                force = membrane.force(plate, strain) * field.weights[..., None]
                 for own, (x, y) in third.items():
                     target = product_parity(own, parity)
                     if target in slopes:
@@ -130,20 +124,34 @@ class FlatCases:
                         result[members] += rows.T @ traction.reshape(len(rows), m)
         return plate.mirrors.copies * plate.domain.comm.allreduce(result)
 
+    def _loads(self, q1: np.ndarray, q2: np.ndarray) -> ByParity:
+        """In-plane loads (local dofs, m) of the strains at the displacement that there is."""
+        loads: ByParity = {}
+        for field in quadrature.fields(self.plate, columns=12 * q1.shape[1]):
+            slopes = self._mode_slopes(field)
+            for parity, strain in _strains(_moved(slopes, q1), _moved(slopes, q2)).items():
+                if parity in self.displacement:
+                    strain = strain + membrane.strain(self.plate, field, self.displacement[parity])
+                force = membrane.force(self.plate, strain) * field.weights[..., None]
+                load = loads.setdefault(parity, membrane.no_load(self.plate, q1.shape[1]))
+                membrane.add_load(self.plate, field, force, load)
+        return loads
+
     def _mode_slopes(self, field: quadrature.CellFields) -> dict[Parity, tuple]:
         """By class: slopes (2, c, q, L_c) of its modes, and their numbers."""
         slope = np.moveaxis(field.gradient(self.modes.shapes), 2, 0)
         return {p: (np.ascontiguousarray(slope[..., own]), own) for p, own in self._members.items()}
 
-    def _equilibrium(self, parity: Parity, load: np.ndarray) -> np.ndarray:
-        """In-plane displacement (local dofs, m) in equilibrium with a load. Collective."""
+    def _solved(self, parity: Parity, load: np.ndarray, again: bool = False) -> np.ndarray:
+        """Displacement (local dofs, m) in equilibrium with a load. Collective."""
         if self._assembled is None:
             return np.zeros_like(load)
         if parity not in self._equilibria:
-            self._equilibria[parity] = _Equilibrium(
-                in_plane_free(self.plate, parity), self._assembled
-            )
-        return self._equilibria[parity].solve(assembled(self.plate, load))
+            free = membrane.free_dofs(self.plate, parity)
+            self._equilibria[parity] = _Equilibrium(free, self._assembled)
+        load = membrane.summed(self.plate, load)
+        equilibrium = self._equilibria[parity]
+        return equilibrium.correction(load) if again else equilibrium.solve(load)
 
 
 def _moved(slopes: dict[Parity, tuple], q: np.ndarray) -> ByParity:
@@ -154,26 +162,12 @@ def _moved(slopes: dict[Parity, tuple], q: np.ndarray) -> ByParity:
 def _strains(first: ByParity, second: ByParity) -> ByParity:
     """sym(grad w1 (x) grad w2), components (3, c, q, m), by the parity of the product."""
     found: ByParity = {}
-    for p1, (x1, y1) in first.items():
-        for p2, (x2, y2) in second.items():
-            product = np.stack([x1 * x2, y1 * y2, 0.5 * (x1 * y2 + y1 * x2)])
+    for p1, slope1 in first.items():
+        for p2, slope2 in second.items():
+            product = membrane.slope_product(slope1, slope2)
             parity = product_parity(p1, p2)
             found[parity] = found[parity] + product if parity in found else product
     return found
-
-
-def _in_plane_strain(
-    plate: Plate, field: quadrature.CellFields, displacement: np.ndarray
-) -> np.ndarray:
-    """sym grad u, components (3, c, q, m), of displacements (local dofs, m)."""
-    dofs = compat.cell_dofs(plate.in_plane)[field.cells]
-    c, q, _, n = field.gradients.shape
-    rows = field.gradients.reshape(c, 2 * q, n)
-    u, v = (
-        np.matmul(rows, displacement[2 * dofs + component]).reshape(c, q, 2, -1)
-        for component in (0, 1)
-    )
-    return np.stack([u[:, :, 0], v[:, :, 1], 0.5 * (u[:, :, 1] + v[:, :, 0])])
 
 
 class _Equilibrium:
@@ -184,23 +178,28 @@ class _Equilibrium:
 
     def __init__(self, free: algebra.FreeDofs, stiffness: PETSc.Mat) -> None:
         self.free = free
+        self.residual = 0.0  # of the last solution, relative to its loads
         self._matrix = free.restrict(stiffness)
         self._factors = algebra.Factorization(
             self._matrix, "nanorom_in_plane_", "in-plane stiffness"
         )
 
+    def correction(self, loads: np.ndarray) -> np.ndarray:
+        """Small displacements (local dofs, m) that undo what loads are left. Collective."""
+        return self.free.extended(-self._factors.solve(loads[self.free.local]))
+
     def solve(self, loads: np.ndarray) -> np.ndarray:
         """Displacements (local dofs, m) in equilibrium with loads (local dofs, m). Collective.
 
-        Raises SolverError if a load case does not converge.
+        Raises SolverError if SNES does not converge.
         """
         block = loads[self.free.local]
         x = PETSc.Vec().createMPI((block.size, None), comm=self.free.comm)
         snes = PETSc.SNES().create(self.free.comm)
         snes.setOptionsPrefix("nanorom_step_")
-        residual, jacobian = x.duplicate(), PETSc.Mat().createPython(
-            ((block.size, None), (block.size, None)), comm=self.free.comm
-        )
+        f = x.duplicate()
+        sizes = ((block.size, None), (block.size, None))
+        jacobian = PETSc.Mat().createPython(sizes, comm=self.free.comm)
         jacobian.setPythonContext(self)
         jacobian.setUp()
         self._shape = block.shape
@@ -208,7 +207,7 @@ class _Equilibrium:
         def function(_: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
             f.array[:] = (self._product(x) + block).ravel()
 
-        snes.setFunction(function, residual)
+        snes.setFunction(function, f)
         snes.setJacobian(lambda *_: None, jacobian)
         solver = snes.getKSP()
         solver.setType("preonly")
@@ -222,6 +221,8 @@ class _Equilibrium:
                 f"static load cases did not converge: SNES reason {snes.getConvergedReason()} "
                 f"at residual {snes.getFunctionNorm():.1e}; check the mesh for degenerate cells"
             )
+        f.array[:] = block.ravel()
+        self.residual = snes.getFunctionNorm() / max(f.norm(), TINY)
         return self.free.extended(x.array_r.reshape(self._shape))
 
     def _product(self, x: PETSc.Vec) -> np.ndarray:

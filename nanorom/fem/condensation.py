@@ -4,25 +4,25 @@ For given deflection w = sum q_j phi_j the in-plane problem of a von Karman film
 the condensed energy is an exact quartic,
 
     V4 = 1/8 sum G_(rj)(kl) q_r q_j q_k q_l,
-    G_(rj)(kl) = <S_rj, S_kl> - f_rj . A^-1 f_kl,   S_jk = sym(grad phi_j (x) grad phi_k),
+    G_(rj)(kl) = <E_rj, E_kl>,   E_jk = sym(grad phi_j (x) grad phi_k) + sym grad u_jk,
 
-with the inner product <.,.> of the membrane stiffness C, A the in-plane stiffness and f_jk the
-in-plane load <S_jk, sym grad v>.  One factorisation and L(L + 1)/2 back-substitutions give all
-coefficients; with the in-plane displacement held fixed the second term is absent.  Pairs of
+with the inner product <.,.> of the membrane stiffness C and the in-plane displacement u_jk in
+equilibrium with its pair.  One factorisation and L(L + 1)/2 back-substitutions give all
+coefficients; with the in-plane displacement held fixed u_jk is zero.  Pairs of
 different parity about a mirror of the film do not interact: each class of symmetry has its own
 pairs, and its own, smaller in-plane problem.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from dolfinx import fem
-from scipy.sparse import csr_matrix
+from collections.abc import Iterator
 
-from nanorom.fem import accuracy, algebra, compat, quadrature
+import numpy as np
+
+from nanorom.fem import accuracy, algebra, compat, membrane, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
-from nanorom.fem.symmetry import AXES, Parity, product_parity
+from nanorom.fem.symmetry import Parity, product_parity
 
 
 def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, float]:
@@ -59,21 +59,14 @@ def stretching_products(
     """G (L, L, L, L) of deflections (local dofs, L), and its estimated error. Collective."""
     n_modes = len(parities)
     pairs = pairs_by_parity(parities)
-    energy, loads = _pair_products(plate, shapes, pairs)
-    largest = max(np.abs(np.diag(e)).max() for e in energy.values())
-    error = 0.0
+    displacements: dict[Parity, np.ndarray] = {}
     if in_plane == "free":
-        stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
-        for parity in pairs:
-            free = in_plane_free(plate, parity)
-            factors = algebra.Factorization(
-                free.restrict(stiffness), "nanorom_in_plane_", "in-plane stiffness"
-            )
-            load = assembled(plate, loads[parity])[free.local]
-            solution = factors.solve(load)
-            energy[parity] -= plate.domain.comm.allreduce(load.T @ solution)
-            longer, tail = accuracy.in_plane_tails(plate, free.extended(solution))
-            error = max(error, float(accuracy.extrapolated(tail, longer).max() / largest))
+        displacements = _displacements(plate, shapes, pairs)
+    energy, largest = _pair_products(plate, shapes, pairs, displacements)
+    error = 0.0
+    for displacement in displacements.values():
+        longer, tail = accuracy.in_plane_tails(plate, displacement)
+        error = max(error, float(accuracy.extrapolated(tail, longer).max() / largest))
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
         _unpack(plate.mirrors.copies * energy[parity], members, products)
@@ -88,79 +81,59 @@ def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
     return {parity: np.array(members) for parity, members in sorted(found.items())}
 
 
-def in_plane_free(plate: Plate, parity: Parity = ()) -> algebra.FreeDofs:
-    """In-plane degrees of freedom off the supports, for strains of a parity.
-
-    On a mirror the displacement across it vanishes where strains are even, the one along it
-    where they are odd.
-    """
-    blocks = fem.locate_dofs_topological(plate.in_plane, 1, plate.supported)
-    fixed = [2 * blocks, 2 * blocks + 1]
-    for axis, odd in zip(plate.mirrors.axes, parity):
-        blocks = fem.locate_dofs_topological(plate.in_plane, 1, plate.on_mirror(axis))
-        across = AXES.index(axis)
-        fixed.append(2 * blocks + (1 - across if odd else across))
-    return algebra.FreeDofs(plate.in_plane, np.concatenate(fixed))
+def _displacements(
+    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
+) -> dict[Parity, np.ndarray]:
+    """In-plane displacements (local dofs, p) in equilibrium with each pair. Collective."""
+    loads = {parity: membrane.no_load(plate, len(p)) for parity, p in pairs.items()}
+    for field, parity, strain in _pair_strains(plate, shapes, pairs):
+        force = membrane.force(plate, strain) * field.weights[..., None]
+        membrane.add_load(plate, field, force, loads[parity])
+    stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
+    found = {}
+    for parity, load in loads.items():
+        free = membrane.free_dofs(plate, parity)
+        factors = algebra.Factorization(
+            free.restrict(stiffness), "nanorom_in_plane_", "in-plane stiffness"
+        )
+        found[parity] = free.extended(-factors.solve(membrane.summed(plate, load)[free.local]))
+    return found
 
 
 def _pair_products(
-    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
-) -> tuple[dict[Parity, np.ndarray], dict[Parity, np.ndarray]]:
-    """By parity: <S_jk, S_lm> (p, p), and this rank's in-plane loads f_jk (local dofs, p)."""
+    plate: Plate,
+    shapes: np.ndarray,
+    pairs: dict[Parity, np.ndarray],
+    displacements: dict[Parity, np.ndarray],
+) -> tuple[dict[Parity, np.ndarray], float]:
+    """By parity: <E_jk, E_lm> (p, p) of the pairs' strains; and the largest <S_jk, S_jk>.
+
+    E = S + sym grad u; in equilibrium the product is stationary in u, so that an error of the
+    in-plane solution enters squared.
+    """
     energy = {parity: np.zeros((len(p), len(p))) for parity, p in pairs.items()}
-    loads = {parity: np.zeros((n_in_plane(plate), len(p))) for parity, p in pairs.items()}
+    rigid = {parity: np.zeros(len(p)) for parity, p in pairs.items()}
+    for field, parity, strain in _pair_strains(plate, shapes, pairs):
+        weights = field.weights[..., None]
+        xx, yy, xy = strain * membrane.force(plate, strain) * weights
+        rigid[parity] += np.sum(xx + yy + 2 * xy, axis=(0, 1))
+        if displacements:
+            strain = strain + membrane.strain(plate, field, displacements[parity])
+        energy[parity] += membrane.product(membrane.force(plate, strain) * weights, strain)
+    comm = plate.domain.comm
+    largest = max(comm.allreduce(r).max() for r in rigid.values())
+    return {parity: comm.allreduce(e) for parity, e in energy.items()}, float(largest)
+
+
+def _pair_strains(
+    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
+) -> Iterator[tuple[quadrature.CellFields, Parity, np.ndarray]]:
+    """S_jk (3, c, q, p) of the pairs of each parity, a chunk of cells at a time."""
     most = max(len(members) for members in pairs.values())
-    for field in quadrature.fields(plate, columns=6 * most):
+    for field in quadrature.fields(plate, columns=9 * most):
         slope = np.moveaxis(field.gradient(shapes), 2, 0).copy()
         for parity, (j, k) in ((p, members.T) for p, members in pairs.items()):
-            (x_j, y_j), (x_k, y_k) = slope[..., j], slope[..., k]
-            strain = np.stack([x_j * x_k, y_j * y_k, 0.5 * (x_j * y_k + y_j * x_k)])
-            force = membrane_force(plate, *strain) * field.weights[..., None]
-            add_in_plane_load(plate, field, force, loads[parity])
-            force[2] *= 2  # xy and yx
-            rows = (-1, len(j))
-            energy[parity] += strain.reshape(rows).T @ force.reshape(rows)
-    return {parity: plate.domain.comm.allreduce(e) for parity, e in energy.items()}, loads
-
-
-def membrane_force(plate: Plate, xx: np.ndarray, yy: np.ndarray, xy: np.ndarray) -> np.ndarray:
-    """Components (3, ...) of C:E from those of the strain, each (...)."""
-    nu = float(plate.nu.value)
-    scale = float(plate.membrane_stiffness.value) / (1 - nu**2)
-    return scale * np.stack([xx + nu * yy, yy + nu * xx, (1 - nu) * xy])
-
-
-def n_in_plane(plate: Plate) -> int:
-    """Local in-plane degrees of freedom, ghosts included."""
-    index_map = plate.in_plane.dofmap.index_map
-    return 2 * (index_map.size_local + index_map.num_ghosts)
-
-
-def add_in_plane_load(
-    plate: Plate, field: quadrature.CellFields, force: np.ndarray, loads: np.ndarray
-) -> None:
-    """Add int N:sym grad v of weighted membrane forces (3, c, q, m) to loads (local dofs, m)."""
-    c, q, _, n = field.gradients.shape
-    gradients = field.gradients.reshape(c, 2 * q, n).transpose(0, 2, 1)
-    xx, yy, xy = force
-    dofs = compat.cell_dofs(plate.in_plane)[field.cells].ravel()
-    spread = csr_matrix((np.ones(c * n), (dofs, np.arange(c * n))), (len(loads) // 2, c * n))
-    for component, (x, y) in enumerate(((xx, xy), (xy, yy))):
-        traction = np.stack([x, y], axis=2).reshape(c, 2 * q, -1)
-        loads[component::2] += spread @ np.matmul(gradients, traction).reshape(c * n, -1)
-
-
-def assembled(plate: Plate, loads: np.ndarray) -> np.ndarray:
-    """Sum loads (local dofs, m) over the ranks that share a degree of freedom. Collective."""
-    if plate.domain.comm.size == 1:
-        return loads
-    function = fem.Function(plate.in_plane)
-    total = np.empty_like(loads)
-    for i in range(loads.shape[1]):
-        function.x.array[:] = loads[:, i]
-        compat.scatter_reverse_add(function)
-        total[:, i] = function.x.array
-    return total
+            yield field, parity, membrane.slope_product(slope[..., j], slope[..., k])
 
 
 def _unpack(energy: np.ndarray, pairs: np.ndarray, products: np.ndarray) -> None:

@@ -23,6 +23,7 @@ CALIBRATION = (1.6, 1e-7, 8.3)  # wavenumber x size, estimated error, rate: drum
 COARSEST = 0.8  # of the film's half width
 GROWTH = 1.5  # cells per quadrant that each ring of a drum has more than the last
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
+SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
 CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
 
@@ -150,7 +151,7 @@ def _rectangle(
     geometry = scene.geometry
     sides = {"x": geometry.length / length, "y": geometry.width / length}
     parameters = {"length": sides["x"], "width": sides["y"]}
-    size = min(size, max(sides.values()) / 2)
+    size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)
     lines = {}
     for axis, side in sides.items():
         low, high = (

@@ -37,8 +37,11 @@ class CellFields:
 
     def gradient(self, coefficients: np.ndarray) -> np.ndarray:
         """Gradients (c, q, 2, L) of fields with coefficients (local dofs, L)."""
+        return self.cell_gradient(coefficients[self.dofs])
+
+    def cell_gradient(self, local: np.ndarray) -> np.ndarray:
+        """Gradients (c, q, 2, L) of fields with coefficients (c, n, L) in each cell."""
         c, q, _, n = self.gradients.shape
-        local = coefficients[self.dofs]  # (c, n, L)
         return np.matmul(self.gradients.reshape(c, 2 * q, n), local).reshape(c, q, 2, -1)
 
     def value(self, coefficients: np.ndarray) -> np.ndarray:

@@ -25,10 +25,12 @@ from nanorom.fem import (
 )
 from nanorom.fem import modes as eigen
 from nanorom.fem import step as stiffness_evaluation
+from nanorom.fem.cases import FlatCases
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.shapes import normalise
 from nanorom.fem.symmetry import Mirrors, line
+from nanorom.fem.tangent import tangent
 from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene
 
@@ -284,9 +286,12 @@ def tensors(
     # with deflections in units of the amplitude, stretching is measured against the tension
     strength = scales.cubic * amplitude**2 / scales.tension
     plate.membrane_stiffness.value = strength
-    result = stiffness_evaluation.step(
-        modes, count, 1.0, in_plane, lambda i, n: watch.tell("load cases", i, n)
-    )
+    if scene.reduction.method == "tangent":
+        result = tangent(FlatCases(modes, in_plane), 1.0)
+    else:
+        result = stiffness_evaluation.step(
+            modes, count, 1.0, in_plane, lambda i, n: watch.tell("load cases", i, n)
+        )
     quadratic = scales.tension / amplitude * result.quadratic
     cubic = scales.cubic / strength * result.cubic
     found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases, "amplitude": amplitude}

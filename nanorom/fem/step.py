@@ -22,9 +22,8 @@ from dolfinx import fem
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import accuracy, algebra, compat
+from nanorom.fem import accuracy, algebra, compat, membrane
 from nanorom.fem.cases import FlatCases
-from nanorom.fem.condensation import in_plane_free
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
@@ -97,7 +96,7 @@ def step(
             forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
     quadratic, cubic = coefficients(forces, count, amplitude)
     error = statics.in_plane_error(amplitude)
-    return _symmetric(quadratic, cubic, amplitude, len(solved), error)
+    return symmetric(quadratic, cubic, amplitude, len(solved), error)
 
 
 def is_mirrored(case: Case) -> bool:
@@ -188,7 +187,7 @@ class _InPlaneEquilibrium:
 
     def __init__(self, plate: Plate, energy: Any) -> None:
         self.plate = plate
-        self.free = in_plane_free(plate)
+        self.free = membrane.free_dofs(plate)
         self._residual = compat.form(ufl.derivative(energy, plate.u))
         stiffness = self.free.restrict(algebra.assemble(compat.form(plate.in_plane_form())))
         self._x = stiffness.createVecRight()
@@ -270,14 +269,14 @@ def coefficients(
     return alpha, b
 
 
-def _symmetric(
+def symmetric(
     quadratic: np.ndarray,
     cubic: np.ndarray,
     amplitude: float,
     n_cases: int,
     in_plane_error: float,
 ) -> StepResult:
-    """Average over the exchange of the equation's index with the others."""
+    """Result from coefficients symmetric in all but their first index, and how far they are off."""
     even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
     swaps = [cubic, *(np.swapaxes(cubic, 0, axis) for axis in (1, 2, 3))]
     odd = sum(swaps) / 4
