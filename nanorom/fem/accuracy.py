@@ -24,7 +24,7 @@ BACK = 2  # degrees between the two tails that are compared
 
 @attrs.frozen(eq=False)
 class ModeErrors:
-    """Estimated relative errors of modes: frequency (n,), of which rounding (n,); shape (n,), L2."""
+    """Estimated relative errors (n,) of modes: frequency, its part from rounding, shape in L2."""
 
     frequency: np.ndarray
     rounding: np.ndarray

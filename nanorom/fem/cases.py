@@ -88,7 +88,7 @@ class FlatCases:
     def _groups(self, *amplitudes: np.ndarray) -> Iterator[np.ndarray]:
         """Columns in which the same classes move, at most `MOST_COLUMNS` at a time."""
         moving = [
-            tuple(tuple(bool(q[own, i].any()) for own in self._members.values()) for q in amplitudes)
+            tuple(bool(q[own, i].any()) for q in amplitudes for own in self._members.values())
             for i in range(amplitudes[0].shape[1])
         ]
         for kind in sorted(set(moving)):

@@ -210,7 +210,7 @@ def create_surface_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, o
 
 
 def orthonormal_polynomials(degree: int, points: np.ndarray) -> np.ndarray:
-    """Orthonormal polynomials of the reference triangle up to a degree, sorted by degree: (p, q)."""
+    """Orthonormal polynomials (p, q) of the reference triangle, sorted by degree."""
     return np.asarray(
         basix.tabulate_polynomials(
             basix.PolynomialType.legendre, basix.CellType.triangle, degree, points

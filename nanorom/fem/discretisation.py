@@ -15,7 +15,7 @@ import numpy as np
 
 from nanorom.fem.mesh import Grading
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
-from nanorom.scene import Disc, MeshFile, Scene, String
+from nanorom.scene import Accuracy, Disc, MeshFile, Rectangle, Scene, String
 
 MESHES = Path(__file__).parents[1] / "meshes"
 DEGREE = 8
@@ -33,7 +33,7 @@ class Discretisation:
     """A geometry file with its parameters, the order of its cells' map, and the degree.
 
     The file describes the part of the film that ``mirrors`` cut out; ``whole``: it is unfolded
-    and the whole film is meshed.
+    and the whole film is meshed; ``size_factor`` scales the cells of a geometry file.
     """
 
     file: Path
@@ -43,6 +43,7 @@ class Discretisation:
     grading: Grading | None = None
     mirrors: Mirrors = Mirrors()
     whole: bool = False
+    size_factor: float = 1.0
 
 
 def choose(
@@ -55,28 +56,38 @@ def choose(
     """
     geometry, accuracy, mirrors = scene.geometry, scene.accuracy, Mirrors.of(scene)
     if isinstance(geometry, MeshFile):
-        degree = accuracy.degree or DEGREE
-        return Discretisation(geometry.file, {}, degree, degree)
+        return _file(geometry, accuracy, tolerance)
+    degree = accuracy.degree or DEGREE
     if tolerance is None:
-        degree, size = accuracy.degree, accuracy.mesh_size / length
+        size = accuracy.mesh_size / length if accuracy.mesh_size else COARSEST
     else:
-        degree, size = DEGREE, _cell_size(scene, length, tolerance)
+        size = _cell_size(geometry, scene.modes.highest, length, tolerance)
     order = max(degree, 2)
     if isinstance(geometry, Disc):
         return _disc(degree, order, size, layer, mirrors, tolerance)
-    return _rectangle(scene, degree, size, length, layer, mirrors, tolerance)
+    return _rectangle(scene, geometry, degree, size, length, layer, mirrors, tolerance)
 
 
-def _cell_size(scene: Scene, length: float, tolerance: float) -> float:
-    """Size of degree-8 cells for a tolerance at the scene's shortest wavelength."""
-    wavenumber = shortest_wave(scene) * length
+def _file(geometry: MeshFile, accuracy: Accuracy, tolerance: float | None) -> Discretisation:
+    """The mesh of a file; a geometry file is meshed finer where the tolerance asks for it."""
+    degree = accuracy.degree or DEGREE
+    finer = 1.0
+    if tolerance is not None and accuracy.tolerance is not None:
+        finer = (tolerance / accuracy.tolerance) ** (1 / CALIBRATION[2])
+    return Discretisation(geometry.file, {}, degree, degree, size_factor=finer)
+
+
+def _cell_size(
+    geometry: Disc | Rectangle, count: int, length: float, tolerance: float
+) -> float:
+    """Size of degree-8 cells for a tolerance at the shortest wavelength."""
+    wavenumber = shortest_wave(geometry, count) * length
     scaled, error, rate = CALIBRATION
     return min(COARSEST, scaled / wavenumber * (tolerance / error) ** (1 / rate))
 
 
-def shortest_wave(scene: Scene) -> float:
-    """Wavenumber of the highest mode in 1/m, by Weyl's law with its boundary term."""
-    geometry, count = scene.geometry, scene.modes.highest
+def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:
+    """Wavenumber of the count-th mode in 1/m, by Weyl's law with its boundary term."""
     if isinstance(geometry, Disc):
         area, perimeter = np.pi * geometry.radius**2, 2 * np.pi * geometry.radius
     else:
@@ -137,6 +148,7 @@ def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
 
 def _rectangle(
     scene: Scene,
+    geometry: Rectangle,
     degree: int,
     size: float,
     length: float,
@@ -148,7 +160,6 @@ def _rectangle(
 
     Not towards a free one: the film moves there, and tiny cells would only add rounding error.
     """
-    geometry = scene.geometry
     sides = {"x": geometry.length / length, "y": geometry.width / length}
     parameters = {"length": sides["x"], "width": sides["y"]}
     size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)

@@ -38,7 +38,7 @@ def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
     if any(len(group) > 1 for group in groups):
         modes = orient(modes, groups)
         content = _drum_content(modes, candidates)
-    keys = []
+    keys: list[tuple] = []
     for i, best in enumerate(np.abs(content).argmax(axis=1)):
         p, m = candidates[best]
         odd = abs(content[i, best].imag) > abs(content[i, best].real)
@@ -51,7 +51,7 @@ def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
 
 
 def _drum_modes(count: int) -> list[tuple[int, int]]:
-    """Nodal diameters and circles (p, m) of an ideal membrane's lowest modes, with some to spare."""
+    """Nodal diameters and circles (p, m) of an ideal membrane's lowest modes, some to spare."""
     highest = 2 * int(np.sqrt(count)) + 4
     zeros = [(z, p, m + 1) for p in range(highest) for m, z in enumerate(jn_zeros(p, highest))]
     enough = 2 * count + 10
@@ -106,12 +106,12 @@ def name_rectangle(
 ) -> tuple[Modes, list[str]]:
     """Orient equal frequencies and name the modes ``(m,n)`` by half-waves along x and y.
 
-    ``free_x``, ``free_y``: the ends along x, y are free.  Between supported ends half-waves are sines; between free ones cosines, counted from 0.
-    Collective.
+    ``free_x``, ``free_y``: the ends along x, y are free.  Between supported ends half-waves are
+    sines; between free ones cosines, counted from 0.  Collective.
     """
     groups = clusters(modes.eigenvalues)
     modes = orient(modes, [part for group in groups for part in _by_parity(modes, group)])
-    keys = []
+    keys: list[tuple] = []
     for spectrum in _wave_content(modes, free_x, free_y):
         first, second = np.argsort(np.abs(spectrum).ravel())[::-1][:2]
         m, n = np.unravel_index(first, spectrum.shape)
@@ -140,13 +140,13 @@ def _wave_content(modes: Modes, free_x: bool, free_y: bool) -> np.ndarray:
             waves.append(np.cos(phase) if free else np.sin(phase))
         total += np.einsum("cqi,cqm,cqn->imn", value, *waves, optimize=True)
     total = plate.domain.comm.allreduce(total)
-    waves = np.arange(count)
-    for axis, free, place in (("x", free_x, 1), ("y", free_y, 2)):
+    numbers = np.arange(count)
+    for place, (name, free) in enumerate((("x", free_x), ("y", free_y))):
         for i, parity in enumerate(modes.parities):
-            odd = plate.mirrors.parity_in(axis, parity)
+            odd = plate.mirrors.parity_in(name, parity)
             if odd is not None:  # sin(m pi s) is even about the middle for odd m, cos for even
-                vanishing = waves[waves % 2 != (odd if free else 1 - odd)]
-                np.moveaxis(total[i], place - 1, 0)[vanishing] = 0.0
+                vanishing = numbers[numbers % 2 != (odd if free else 1 - odd)]
+                np.moveaxis(total[i], place, 0)[vanishing] = 0.0
     return total
 
 

@@ -66,7 +66,7 @@ class MeshData:
         image[~shared] = len(self.points) + np.arange((~shared).sum())
         flipped = self.points[~shared] * np.where(np.arange(2) == column, -1.0, 1.0)
         near, far = OPPOSITE[axis][::-1]  # the side that is meshed, and its image
-        facets = {}
+        facets: dict[str, np.ndarray] = {}
         for name, pairs in self.facets.items():
             if name == line(axis):
                 continue
@@ -103,16 +103,18 @@ def build(
     order: int = 1,
     grading: Grading | None = None,
     unfold: Mirrors | None = None,
+    size_factor: float = 1.0,
 ) -> Domain:
     """Mesh a ``.geo`` (with its parameters) or read a ``.msh`` and distribute it. Collective.
 
     ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``unfold`` names the mirrors by
-    which the part in the file makes the whole film.  Raises MeshError on every rank alike.
+    which the part in the file makes the whole film; ``size_factor`` scales the cells that the file
+    asks for.  Raises MeshError on every rank alike.
     """
     data: MeshData | MeshError | None = None
     if comm.rank == 0:
         try:
-            data = load(file, parameters or {}, order, grading)
+            data = load(file, parameters or {}, order, grading, size_factor)
             data = data.unfolded(unfold or Mirrors())
         except MeshError as error:
             data = error
@@ -154,7 +156,11 @@ def local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.nd
 
 
 def load(
-    file: Path, parameters: Mapping[str, float], order: int, grading: Grading | None = None
+    file: Path,
+    parameters: Mapping[str, float],
+    order: int,
+    grading: Grading | None = None,
+    size_factor: float = 1.0,
 ) -> MeshData:
     """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
     import gmsh
@@ -162,6 +168,7 @@ def load(
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", size_factor)
         gmsh.onelab.clear()
         for name, value in parameters.items():
             gmsh.onelab.setNumber(f"Parameters/{name}", [float(value)])
@@ -270,7 +277,7 @@ def _vertices(gmsh: Any, triangles: np.ndarray | None = None) -> tuple[np.ndarra
     points = np.empty((len(triangles), 3))
     points[number[tags[used].astype(np.int64)]] = coordinates[used]
     if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
-        raise MeshError("the mesh is not flat: its z coordinates vary; give a mesh in a plane z = 0")
+        raise MeshError("the mesh is not flat: its z coordinates vary; give a mesh in z = 0")
     return number, np.ascontiguousarray(points[:, :2])
 
 

@@ -232,10 +232,10 @@ def lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarr
         # in the norm in which the problem is well scaled: |lambda K^-1 M x - x| / |x|
         transform.apply(vector, image)
         image.aypx(-values[i], vector)
-        error = image.norm() / vector.norm()
-        if not error < EIGEN_ACCEPTED:
+        residual = image.norm() / vector.norm()
+        if not residual < EIGEN_ACCEPTED:
             raise SolverError(
-                f"mode {i + 1} has a relative residual of {error:.1e}, more than "
+                f"mode {i + 1} has a relative residual of {residual:.1e}, more than "
                 f"{EIGEN_ACCEPTED:.0e}; refine the mesh or check the tension"
             )
     order = np.argsort(values)

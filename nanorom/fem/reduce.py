@@ -170,17 +170,18 @@ def solve_to_tolerance(
     Warns with AccuracyWarning where rounding or cost forbids it.  Collective.
     """
     tolerance = scene.accuracy.tolerance
-    aim, best = tolerance, None
-    for _ in range(1 if tolerance is None else MOST_MESHES):
+    if tolerance is None:
+        return solve(comm, scene, scales, None, watch)
+    aim, solutions = tolerance, []
+    for _ in range(MOST_MESHES):
         solution = solve(comm, scene, scales, aim, watch)
-        if best is None or solution.error < best.error:
-            best = solution
-        if tolerance is None or best.error <= tolerance:
-            return best
-        rounding = solution.diagnostics["error_rounding"]
-        if rounding > tolerance / 2:
+        solutions.append(solution)
+        if solution.error <= tolerance:
+            return solution
+        if solution.diagnostics["error_rounding"] > tolerance / 2 or not can_refine(scene):
             break
         aim *= min(0.3, tolerance / solution.error)
+    best = min(solutions, key=lambda solution: solution.error)
     warnings.warn(
         f"tolerance {tolerance:g} is not met: estimated error {best.error:.1e} "
         f"(of which rounding {best.diagnostics['error_rounding']:.1e})",
@@ -188,6 +189,12 @@ def solve_to_tolerance(
         stacklevel=2,
     )
     return best
+
+
+def can_refine(scene: Scene) -> bool:
+    """Whether a finer mesh can be made: not from a mesh that is given as such."""
+    geometry = scene.geometry
+    return not (isinstance(geometry, MeshFile) and geometry.file.suffix == ".msh")
 
 
 def solve(
@@ -222,7 +229,15 @@ def build_plate(
 ) -> Plate:
     """Mesh the scene and set up its plate with the scaled parameters. Collective."""
     whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
-    domain = mesh.build(comm, chosen.file, chosen.parameters, chosen.order, chosen.grading, whole)
+    domain = mesh.build(
+        comm,
+        chosen.file,
+        chosen.parameters,
+        chosen.order,
+        chosen.grading,
+        whole,
+        chosen.size_factor,
+    )
     kinds = boundary_kinds(scene, list(domain.facets), part)
     by_kind = {kind: [s for s, k in kinds.items() if k == kind] for kind in set(kinds.values())}
     plate = Plate(

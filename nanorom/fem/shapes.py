@@ -110,13 +110,16 @@ def _peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
     centre, radius = extent(plate)
     away = point - centre
     angle = np.mod(np.arctan2(away[:, 1], away[:, 0]) + ANGLE_TIE, 2 * np.pi)
-    angle[np.linalg.norm(away, axis=1) < CENTRE * radius] = 0.0
+    distance = np.linalg.norm(away, axis=1)
+    angle[distance < CENTRE * radius] = 0.0
     peaks = np.empty(shapes.shape[1])
     for i in range(len(peaks)):
         mine = mode == i
         largest = np.abs(value[mine]).max()
         tied = np.abs(value[mine]) > (1 - TIE) * largest
-        first = angle[mine][tied].argmin()
+        # on one ray from the centre, the nearest
+        order = np.lexsort((distance[mine][tied], np.rint(angle[mine][tied] / ANGLE_TIE)))
+        first = order[0]
         peaks[i] = largest * np.sign(value[mine][tied][first])
     return peaks
 

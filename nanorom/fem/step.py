@@ -18,7 +18,6 @@ from typing import Any
 import attrs
 import numpy as np
 import ufl
-from dolfinx import fem
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
@@ -279,7 +278,7 @@ def symmetric(
     """Result from coefficients symmetric in all but their first index, and how far they are off."""
     even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
     swaps = [cubic, *(np.swapaxes(cubic, 0, axis) for axis in (1, 2, 3))]
-    odd = sum(swaps) / 4
+    odd = np.mean(swaps, axis=0)
     asymmetry = max(
         np.abs(found - fair).max() / max(np.abs(fair).max(), smallest)
         for found, fair, smallest in (

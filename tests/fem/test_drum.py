@@ -3,7 +3,6 @@
 import attrs
 import numpy as np
 import pytest
-
 from mpi4py import MPI
 
 from nanorom.errors import SolverError
@@ -69,8 +68,8 @@ def test_frequencies_of_a_clamped_drum_are_exact(kappa):
 def test_frequencies_of_the_papers_drum():
     model = reduce_scene(paper_drum(15))
     found = dict(zip(model.label, model.frequency / 1e6))
-    for name, frequency in PAPER.items():
-        assert found[name] == pytest.approx(frequency, rel=1e-9)
+    for label, frequency in PAPER.items():
+        assert found[label] == pytest.approx(frequency, rel=1e-9)
     assert model.label[14] == "f03"
     assert found["f03"] == pytest.approx(PAPER_F03, rel=FREQUENCY_TOLERANCE)
 
@@ -156,7 +155,8 @@ def test_free_in_plane_displacement_softens(method):
     stiffness = {}
     for in_plane in ("free", "fixed"):
         reduction = Reduction(method=method, in_plane=in_plane)
-        stiffness[in_plane] = reduce_scene(attrs.evolve(scene, reduction=reduction)).cubic[0, 0, 0, 0]
+        model = reduce_scene(attrs.evolve(scene, reduction=reduction))
+        stiffness[in_plane] = model.cubic[0, 0, 0, 0]
     assert 0.4 * stiffness["fixed"] < stiffness["free"] < 0.9 * stiffness["fixed"]
 
 
@@ -175,7 +175,8 @@ def test_compression_beyond_buckling_is_an_error():
     rigidity = MODULUS * THICKNESS**3 / (12 * (1 - 0.16**2))
     critical = 14.681970642 * rigidity / RADIUS**2  # j_11^2: buckling of a clamped disc
     for factor, stable in ((0.99, True), (1.01, False)):
-        scene = attrs.evolve(drum(1.0, 1), tension=Tension(x=-factor * critical, y=-factor * critical))
+        tension = Tension(x=-factor * critical, y=-factor * critical)
+        scene = attrs.evolve(drum(1.0, 1), tension=tension)
         if stable:
             assert reduce_scene(scene).frequency[0] > 0
         else:
