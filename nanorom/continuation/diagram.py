@@ -41,7 +41,7 @@ class Branch:
     largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
     omega t / period_multiple, ordered 1, cos, sin, cos 2, ...; parent: index of the branch it
     bifurcates from, or None; origin: index of the special point it starts at, or None; ending: why
-    it stops ("range", "bifurcation", "closed", "steps", "lost").
+    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost").
     """
 
     omega: Array

@@ -22,6 +22,7 @@ from .system import Array
 from .trace import real_roots
 
 ROUNDS = 8
+MOST_POINTS = 1200  # at which adding points ends, unless the first ones are that many
 STENCIL = 6  # points of an interpolation
 SAMPLES = 4  # interpolated subdivisions between two points
 LEAVE_ONE_OUT = 0.05
@@ -81,7 +82,10 @@ class Detector:
 
     def find(self) -> list[Detected]:
         """All special points in order along the path."""
+        most = max(3 * len(self.places), MOST_POINTS)
         for _ in range(ROUNDS):
+            if len(self.places) > most:  # multipliers beyond interpolation: exact points must do
+                break
             wanted = self._unresolved()
             wanted += self._suspicious() if len(wanted) < 0.2 * len(self.places) else []
             if not self._insert(wanted):

@@ -14,6 +14,8 @@ from .harmonics import HARMONIC_LADDER, Support, basis_for
 from .series import Series, SeriesExpansion, convergence_length
 from .system import Array, ScaledSystem
 
+UNRESOLVED = 1e-6  # size of the last harmonics at which a branch is given up
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -161,6 +163,9 @@ class Tracer:
                     continue
                 x, rate, factors = balance.correct(x, rate, border, 1e-7)
             known = balance.basis.harmonics
+            if known == self.ladder[-1] and self.tail(balance, x) > UNRESOLVED:
+                self.ending = "harmonics"
+                return
             packed, rates = expansion.expand(x, rate, factors)
             length = self._length(balance, packed, rates)
             series = Series(balance, packed, rates, length)
