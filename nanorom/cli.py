@@ -126,6 +126,19 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
     )
+
+    sub = command("bench", _bench, "Measure run time against error, and numerical stability.")
+    what = sub.add_mutually_exclusive_group()
+    for name, text in (
+        ("accuracy", "true error against the estimate, for drums, squares and strings"),
+        ("stress", "extreme parameters, each against an exact or a finer solution"),
+    ):
+        what.add_argument(f"--{name}", dest="what", action="store_const", const=name, help=text)
+    sub.add_argument("--quick", action="store_true", help="a few cases of each kind only")
+    sub.add_argument(
+        "-o", "--output", type=Path, default=Path("results/bench"), metavar="DIR",
+        help="where tables and pictures go (default: results/bench)",
+    )
     return parser
 
 
@@ -245,6 +258,12 @@ def _plot(options: argparse.Namespace) -> None:
     else:
         plots.response_figure(content, directory / "response.png")
         plots.amplitude_panels(content, directory / "amplitudes.png")
+
+
+def _bench(options: argparse.Namespace) -> None:
+    from nanorom.bench import command
+
+    command.run(options.output, options.what or "speed", options.quick)
 
 
 def _load(path: Path) -> tuple[str, Any]:

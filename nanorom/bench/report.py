@@ -1,0 +1,156 @@
+"""Tables on screen, CSV and Markdown files, and a log-log picture."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import os
+import platform
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+
+from nanorom.bench.measure import Row
+from nanorom.files import atomic_path
+
+COLUMNS = tuple(field.name for field in attrs.fields(Row))
+WIDTHS = {"case": 20, "note": 30, "code": 8, "route": 8, "name": 66}
+
+
+def heading(names: Sequence[str] = COLUMNS) -> str:
+    """First line of the table on the screen."""
+    return "  ".join(_fit(name, name) for name in names)
+
+
+def line(row: Any) -> str:
+    """A row of the table on the screen."""
+    return "  ".join(_fit(f.name, getattr(row, f.name)) for f in attrs.fields(type(row)))
+
+
+def _fit(name: str, value: Any) -> str:
+    if isinstance(value, str):
+        width = WIDTHS.get(name, 11)
+        return f"{value[:width]:{width}}"
+    return f"{_text(value):>11}"
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return "-" if np.isnan(value) else f"{value:.3g}"
+    return str(value)
+
+
+def write_csv(rows: Iterable[Any], path: Path) -> None:
+    """All rows, whole or not at all."""
+    rows = list(rows)
+    with atomic_path(path) as temporary, open(temporary, "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([field.name for field in attrs.fields(type(rows[0]))])
+        writer.writerows(attrs.astuple(row) for row in rows)
+
+
+def write_markdown(title: str, tables: Iterable[Sequence[Any]], path: Path, command: str) -> None:
+    """Tables with the machine, the date, the load and the command."""
+    lines = [f"# {title}", "", *conditions(command), ""]
+    for rows in tables:
+        if rows:
+            names = [field.name for field in attrs.fields(type(rows[0]))]
+            lines += ["| " + " | ".join(n.replace("_", " ") for n in names) + " |"]
+            lines += ["|" + "---|" * len(names)]
+            lines += ["| " + " | ".join(_cell(v) for v in attrs.astuple(row)) + " |" for row in rows]
+            lines += [""]
+    with atomic_path(path) as temporary:
+        temporary.write_text("\n".join(lines))
+
+
+def _cell(value: Any) -> str:
+    return _text(value).replace("|", "/")
+
+
+def conditions(command: str) -> list[str]:
+    """Machine, date, load and command, as lines of Markdown."""
+    load = ", ".join(f"{x:.2f}" for x in os.getloadavg())
+    now = datetime.datetime.now(datetime.timezone.utc)
+    return [
+        f"* command: `{command}`",
+        f"* date: {now:%Y-%m-%d}",
+        f"* machine: {_processor()}, {os.cpu_count()} processors, one thread; "
+        f"Python {platform.python_version()}; {_versions()}",
+        f"* load average at the end (1, 5, 15 min; 1.0 is this run alone): {load}",
+    ]
+
+
+def _processor() -> str:
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+        return next(x.split(":")[1].strip() for x in text.splitlines() if "model name" in x)
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def _versions() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    found = []
+    for name in ("fenics-dolfinx", "petsc4py", "ngsolve", "numpy", "scipy"):
+        try:
+            found.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            continue
+    return ", ".join(found)
+
+
+def picture(rows: Sequence[Row], path: Path) -> None:
+    """Processor time against the larger of the true errors, one panel per case."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib.figure import Figure
+
+    from nanorom.plots.style import COLUMN, RESOLUTION, SETTINGS
+
+    cases = list(dict.fromkeys(row.case for row in rows))
+    with matplotlib.rc_context(SETTINGS):
+        columns = min(2, len(cases))
+        n_rows = -(-len(cases) // columns)
+        figure = Figure(figsize=(columns * COLUMN, n_rows * 0.8 * COLUMN), layout="constrained")
+        axes = figure.subplots(n_rows, columns, squeeze=False, sharey=True)
+        for ax in axes.flat[len(cases) :]:
+            ax.set_visible(False)
+        for ax, case in zip(axes.flat, cases):
+            _panel(ax, case, [row for row in rows if row.case == case and row.error > 0])
+        with atomic_path(path) as temporary:
+            figure.savefig(temporary, dpi=RESOLUTION)
+
+
+def _panel(ax: Any, case: str, rows: list[Row]) -> None:
+    series: dict[str, list[Row]] = {}
+    for row in rows:
+        series.setdefault(_series(row), []).append(row)
+    markers = {"nanorom": "o", "DOLFINx": "s", "NGSolve": "^"}
+    for name, members in series.items():
+        by_tolerance = members[0].note.startswith("tolerance")
+        members = sorted(members, key=lambda row: row.error)
+        ax.loglog(
+            [row.error for row in members],
+            [row.cpu for row in members],
+            marker=markers[members[0].code],
+            markersize=3.5,
+            linestyle="-" if by_tolerance or members[0].code != "nanorom" else ":",
+            label=name,
+        )
+    ax.invert_xaxis()
+    ax.set_title(case)
+    ax.set_xlabel("true error (frequencies and tensor)")
+    ax.set_ylabel("processor time (s)")
+    ax.legend(ncols=2, fontsize=5.5)
+
+
+def _series(row: Row) -> str:
+    if row.note.startswith("tolerance"):
+        return f"{row.code}, {row.route}"
+    route = "" if row.code == "NGSolve" else f", {row.route}"
+    return f"{row.code}{route}, degree {row.degree}"

@@ -1,0 +1,149 @@
+"""Start-up and fine meshes: what a user waits for besides the solution of a small problem."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+
+import attrs
+import numpy as np
+
+from nanorom.bench import exact
+
+FINE = 80_000  # deflection's degrees of freedom
+FINE_DEGREE = 4
+
+
+@attrs.frozen
+class Figure:
+    """A measured figure: name, value, unit."""
+
+    name: str
+    value: float
+    unit: str
+
+
+def start_up() -> Iterator[Figure]:
+    """Wall time of new processes: import, --help, and the paper's drum cold and warm."""
+    yield Figure("import nanorom, beyond an empty python", _beyond_python("import nanorom"), "s")
+    command = "import sys; from nanorom.cli import main; sys.argv = ['nanorom', '--help']; main()"
+    yield Figure("nanorom --help, process", _process(command), "s")
+    toml = exact.paper_drum().scene.to_toml()
+    command = (
+        "from nanorom.scene import Scene; from nanorom.workflow import reduce\n"
+        f"reduce(Scene.from_toml({toml!r}))"
+    )
+    with tempfile.TemporaryDirectory() as cache:
+        yield Figure("paper's drum, empty form cache, process", _process(command, cache), "s")
+        yield Figure("paper's drum, warm form cache, process", _process(command, cache), "s")
+
+
+def _beyond_python(command: str) -> float:
+    return min(_process(command) for _ in range(5)) - min(_process("pass") for _ in range(5))
+
+
+def _process(command: str, cache: str | None = None) -> float:
+    """Wall time of a Python process, its form cache in a directory of its own."""
+    environment = dict(os.environ)
+    if cache is not None:
+        environment |= {"XDG_CACHE_HOME": cache, "DOLFINX_JIT_CACHE_DIR": cache}
+    start = time.perf_counter()
+    subprocess.run(
+        [sys.executable, "-c", command], env=environment, check=True, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    return time.perf_counter() - start
+
+
+def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
+    """Tensors of the paper's drum on a fine mesh, in units of what they cannot do without.
+
+    The unit of the direct route is one factorisation of the in-plane stiffness on the meshed part
+    of the film, and one right-hand side and back-substitution per pair; that of STEP one
+    factorisation, and one residual and back-substitution per load case.  Processor times.
+    """
+    from nanorom.fem import algebra, compat, condensation, discretisation, reduce
+    from nanorom.fem import modes as eigen
+
+    size = exact.RADIUS * np.sqrt(np.pi / 4 * degree**2 / 2 / dofs)
+    case = exact.by_hand(exact.paper_drum(), degree, exact.RADIUS / size, exact.RADIUS)
+    scales = reduce.Scales.of(case.scene)
+    layer = float(np.sqrt(scales.bending))
+    chosen = discretisation.choose(case.scene, scales.length, layer, None)
+    from mpi4py import MPI
+
+    plate = reduce.build_plate(MPI.COMM_SELF, case.scene, scales, chosen)
+    clock = _Clock()
+    modes = eigen.solve(plate, 11)
+    modes, _ = reduce.name(case.scene, modes)
+    modes = modes.take(np.arange(11))
+    modal = clock.lap()
+    stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
+    assembly = clock.lap()
+    free = condensation.in_plane_free(plate, plate.mirrors.even)
+    factors = algebra.Factorization(free.restrict(stiffness), "nanorom_bench_", "stiffness")
+    factorisation = clock.lap()
+    import ufl
+
+    plate.w.x.array[:] = modes.shapes[:, 0]
+    plate.u.x.array[:] = 0.0
+    energy = plate.stretching_energy(plate.u, plate.w)
+    load = compat.form(ufl.derivative(energy, plate.u))
+    reaction = compat.form(ufl.derivative(energy, plate.w))
+    clock.lap()
+    right = [algebra.assemble_vector(load)[free.local, None] for _ in range(11)][0]
+    one_load = clock.lap() / 11
+    for _ in range(11):
+        factors.solve(right)
+    one_solve = clock.lap() / 11
+    for _ in range(11):
+        algebra.assemble_vector(reaction)
+    one_reaction = clock.lap() / 11
+    yield Figure("deflection's dofs on the meshed part", _dofs(plate), "")
+    yield Figure("eleven modes", modal, "s")
+    yield Figure("in-plane stiffness assembled", assembly, "s")
+    yield Figure("one factorisation", factorisation, "s")
+    yield Figure("one load, one back-substitution, one reaction",
+                 one_load + one_solve + one_reaction, "s")
+    del factors, stiffness
+    clock.lap()
+    condensation.cubic_tensor(modes)
+    direct = clock.lap()
+    unit = assembly + factorisation + 66 * (one_load + one_solve)
+    yield Figure("direct, 11 modes", direct, "s")
+    yield Figure("direct / (one factorisation + 66 loads and back-substitutions)", direct / unit, "")
+    clock.lap()
+    reduce.tensors(case.scene.with_(method="step"), scales, modes, reduce.Stopwatch(None))
+    step = clock.lap()
+    unit = assembly + factorisation + 352 * (one_load + one_solve + one_reaction)
+    yield Figure("STEP, 11 modes", step, "s")
+    yield Figure("STEP / (one factorisation + 352 residuals and back-substitutions)", step / unit, "")
+
+
+def _dofs(plate: object) -> float:
+    return float(plate.deflections.dofmap.index_map.size_global)  # type: ignore[attr-defined]
+
+
+class _Clock:
+    def __init__(self) -> None:
+        self._last = time.process_time()
+
+    def lap(self) -> float:
+        """Processor time since the last call."""
+        last, self._last = self._last, time.process_time()
+        return self._last - last
+
+
+def many_modes() -> Iterator[Figure]:
+    """Fifty modes of the drum at tolerance 1e-6, direct: time and true error."""
+    from nanorom.bench import measure
+
+    case = exact.with_tolerance(exact.drum(100.0, count=50), 1e-6)
+    row = measure.reduction(case, repeats=1)
+    yield Figure("50 modes direct at tolerance 1e-6, wall", row.seconds, "s")
+    yield Figure("50 modes direct at tolerance 1e-6, processor", row.cpu, "s")
+    yield Figure("50 modes direct at tolerance 1e-6, true error", row.error, "")
