@@ -14,7 +14,6 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
-
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
@@ -160,7 +159,8 @@ def gate(film: Film, gap: float) -> Load:
 def patch(film: Film, centre: np.ndarray, radius: float) -> Load:
     """Unit force spread evenly over a disc; a point force if its radius is 0. Collective.
 
-    The disc is integrated on its own polar Gauss points, wherever the cells lie.
+    The disc is integrated on its own polar Gauss points, wherever the cells lie.  On a part of a
+    mirrored film the load is that part's share of one that has the same mirrors.
     """
     points, weights = np.zeros((1, 2)), np.ones(1)
     if radius > 0:
@@ -171,6 +171,7 @@ def patch(film: Film, centre: np.ndarray, radius: float) -> Load:
         points = np.stack([np.outer(r, np.cos(angle)), np.outer(r, np.sin(angle))], axis=2)
         points = points.reshape(-1, 2)
         weights = np.repeat(radial / radial.sum(), 2 * n) / (2 * n)
+    weights = weights / film.plate.mirrors.copies
     nodal = functional(film.plate, np.asarray(centre) + points, weights)
     return Load(nodal=film.deflections_to_state(nodal))
 
@@ -201,10 +202,14 @@ def admissible(film: Film, load: Load) -> bool:
 def functional(plate: Plate, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Vector (local dofs,) of w -> sum_i weights_i w(points_i), in the plate's deflections.
 
-    points : (n, 2).  The entries are those assembled on all ranks.  Raises SolverError if a point
-    lies outside the film. Collective.
+    points : (n, 2); those beyond a mirror are taken for their images, as an even deflection has it.
+    The entries are those assembled on all ranks.  Raises SolverError if a point lies outside the
+    film. Collective.
     """
     comm = plate.domain.comm
+    points = np.array(points, dtype=float)
+    for axis in plate.mirrors.axes:
+        points[:, AXES.index(axis)] = np.abs(points[:, AXES.index(axis)])
     cell, reference = locate(plate, points)
     rank = comm.allgather(cell >= 0)
     if not np.any(rank, axis=0).all():

@@ -23,6 +23,8 @@ from nanorom.fem import algebra, compat
 
 RESIDUAL = 1e-11  # of a step, relative to its load
 STEP = 1e-10  # a Newton step so small (relative to the state) has converged too
+STALLED = 1e-5  # a step below it that no longer shrinks is round-off: there is no more to gain
+SMALLEST_STATE = 1e-5  # per degree of freedom; smaller ones count as zero
 MOST_NEWTON_STEPS = 25
 SMALLEST_CUT = 2.0**-14  # of the step asked for
 GROWTH = 1.5  # of an arc-length step that converged easily
@@ -185,10 +187,14 @@ class StaticProblem:
         self._use_direct(snes.getKSP())
         x.array[:] = before if guess is None else guess
         self.set_state(before, magnitude)
-        scale = self._preload + abs(magnitude) * self.norm(self.load())
-        snes.setTolerances(
-            rtol=0.0, atol=RESIDUAL * scale, stol=STEP, max_it=MOST_NEWTON_STEPS
+        test = _ConvergenceTest(
+            RESIDUAL * (self._preload + abs(magnitude) * self.norm(self.load())), self.free.size
         )
+
+        def converged(_snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
+            return test.reason(iteration, *norms)
+
+        snes.setConvergenceTest(converged)
         snes.setFromOptions()
         try:
             snes.solve(None, x)
@@ -202,6 +208,32 @@ class StaticProblem:
         self.set_state(x.array_r, magnitude)
         snes.destroy()
         return int(steps)
+
+
+class _ConvergenceTest:
+    """When Newton's method is done: small residual, small step, or nothing but round-off left."""
+
+    def __init__(self, residual: float, size: int) -> None:
+        self.residual = residual
+        self.smallest = SMALLEST_STATE * np.sqrt(size)
+        self.last = np.inf
+
+    def reason(self, iteration: int, state: float, step: float, residual: float) -> Any:
+        """Reason to stop (PETSc's, 0 to go on) after an iteration with these norms."""
+        reasons = PETSc.SNES.ConvergedReason
+        if not np.isfinite(residual):
+            return reasons.DIVERGED_FNORM_NAN
+        if residual <= self.residual:
+            return reasons.CONVERGED_FNORM_ABS
+        if iteration > 0 and self.is_small(state, step):
+            return reasons.CONVERGED_SNORM_RELATIVE
+        return reasons.DIVERGED_MAX_IT if iteration >= MOST_NEWTON_STEPS else reasons.ITERATING
+
+    def is_small(self, state: float, step: float) -> bool:
+        """The step is negligible, or small and no smaller than the last."""
+        last, self.last = self.last, step
+        size = max(state, self.smallest)
+        return step <= STEP * size or (step <= STALLED * size and step > 0.5 * last)
 
 
 @attrs.frozen(eq=False)
@@ -378,6 +410,7 @@ class Path:
         """The state on the path at a distance along the tangent; None if Newton's method fails."""
         problem, (x, p), tangent = self.problem, self.state, self.tangent
         x_new, p_new = x + length * tangent[0], p + length * tangent[1]
+        test = _ConvergenceTest(0.0, 0)
         for self._steps in range(1, MOST_NEWTON_STEPS):
             problem.set_state(x_new, p_new)
             try:
@@ -396,7 +429,7 @@ class Path:
             if not np.isfinite(size) or size > 10 * self.length:
                 return None
             whole = np.sqrt(self.product((x_new, p_new), (x_new, p_new)))
-            if size < STEP * (length + whole):
+            if test.is_small(length + whole, size):
                 problem.set_state(x_new, p_new)
                 return x_new, float(p_new)
         return None

@@ -1,54 +1,17 @@
 """Films about static states: against a spectral reference, and one route against the other."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-from mpi4py import MPI
 
-from nanorom.fem import discretisation, film, loaded, mesh, statics
+from nanorom.fem import film, loaded, statics
 from nanorom.fem import step as stiffness_evaluation
-from nanorom.fem.plate import Plate
 from nanorom.fem.shapes import normalise
-from nanorom.fem.symmetry import Mirrors
-
-sys.path.insert(0, str(Path(__file__).parent))
-from radial import Disc  # noqa: E402
+from tests.fem_loaded.drums import NU, centre, drum
+from tests.fem_loaded.radial import Disc
 
 SPECTRAL = 1e-5  # asked of centre deflection and frequencies
 ROUTES = 1e-7  # direct against STEP: round-off over the amplitude
 POTENTIAL = 1e-6  # asymmetry of the tensors
-NU = 0.16
-
-
-def drum(bending, degree=8, radii=(0.5, 1.0), mirrors=("x", "y"), nu=NU):
-    """A disc of radius and tension 1, in rings of given radii."""
-    parameters = {"rings": len(radii), "sectors": 16, "quadrants": 4 // 2 ** len(mirrors)}
-    uniform, wanted = np.linspace(0, 1, len(radii) + 1), np.array([0.0, *radii])
-
-    def move(points):
-        radius = np.linalg.norm(points, axis=1)
-        scale = np.interp(radius, uniform, wanted) / np.where(radius > 0, radius, 1.0)
-        return points * scale[:, None]
-
-    domain = mesh.build(
-        MPI.COMM_WORLD,
-        discretisation.MESHES / "drum.geo",
-        parameters,
-        degree,
-        mesh.Grading(move, polar=wanted[2]),
-    )
-    plate = Plate(domain, degree, ["edge"], [], bending > 0, Mirrors(mirrors))
-    plate.tension_x.value = plate.tension_y.value = 1.0
-    plate.bending_stiffness.value = bending
-    plate.nu.value = nu
-    return plate
-
-
-def centre(plate, state):
-    return film.evaluate(plate, state.deflection(), np.zeros((1, 2)))[0]
-
 
 @pytest.mark.parametrize("bending, radii", [(0.0, (0.5, 1.0)), (0.01, (0.4, 0.7, 0.9, 1.0))])
 def test_pressurised_drum_matches_spectral_reference(bending, radii):

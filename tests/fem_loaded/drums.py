@@ -1,0 +1,38 @@
+"""Drums for tests, in the film's units: radius, tension and E h are 1."""
+
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.fem import discretisation, film, mesh
+from nanorom.fem.plate import Plate
+from nanorom.fem.symmetry import Mirrors
+
+NU = 0.16
+
+
+def drum(bending, degree=8, radii=(0.5, 1.0), mirrors=("x", "y"), nu=NU):
+    """A disc of radius and tension 1, in rings of given radii."""
+    parameters = {"rings": len(radii), "sectors": 16, "quadrants": 4 // 2 ** len(mirrors)}
+    uniform, wanted = np.linspace(0, 1, len(radii) + 1), np.array([0.0, *radii])
+
+    def move(points):
+        radius = np.linalg.norm(points, axis=1)
+        scale = np.interp(radius, uniform, wanted) / np.where(radius > 0, radius, 1.0)
+        return points * scale[:, None]
+
+    domain = mesh.build(
+        MPI.COMM_WORLD,
+        discretisation.MESHES / "drum.geo",
+        parameters,
+        degree,
+        mesh.Grading(move, polar=wanted[2]),
+    )
+    plate = Plate(domain, degree, ["edge"], [], bending > 0, Mirrors(mirrors))
+    plate.tension_x.value = plate.tension_y.value = 1.0
+    plate.bending_stiffness.value = bending
+    plate.nu.value = nu
+    return plate
+
+
+def centre(plate, state):
+    return film.evaluate(plate, state.deflection(), np.zeros((1, 2)))[0]
