@@ -4,6 +4,7 @@ found.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,13 +39,14 @@ class Path:
         self.symmetric = floquet.signs(tracer.support) is not None
         self._arcs = [_arc_length(step) for step in steps]
         self.offsets = np.concatenate([[0.0], np.cumsum([length[-1] for _, length in self._arcs])])
+        self._ends = self.offsets.tolist()
 
     def position(self, place: Place) -> float:
         """Arc length from the start of the path."""
         return float(self.offsets[place.step] + np.interp(place.a, *self._arcs[place.step]))
 
     def place(self, position: float) -> Place:
-        number = int(np.clip(np.searchsorted(self.offsets, position) - 1, 0, len(self.steps) - 1))
+        number = min(max(bisect_left(self._ends, position) - 1, 0), len(self.steps) - 1)
         parameter, length = self._arcs[number]
         return Place(number, float(np.interp(position - self.offsets[number], length, parameter)))
 

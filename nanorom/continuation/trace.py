@@ -265,6 +265,7 @@ def real_roots(coefficients: Array, low: float, high: float) -> list[float]:
             slope = np.polynomial.polynomial.polyval(root, derivative)
             if slope == 0:
                 break
-            root -= np.clip(np.polynomial.polynomial.polyval(root, scaled) / slope, -1e-3, 1e-3)
+            change = float(np.polynomial.polynomial.polyval(root, scaled) / slope)
+            root -= min(max(change, -1e-3), 1e-3)
         polished.append(float(root * scale))
     return polished
