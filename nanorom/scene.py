@@ -27,12 +27,14 @@ from nanorom.errors import SceneError
 from nanorom.excitation import Damping, Drive, Sweep, check_complete
 from nanorom.film import STRING_ENDS, Material, Plate, Support, Tension
 from nanorom.geometry import Disc, Geometry, MeshFile, Rectangle, String, read_geometry
+from nanorom.load import Load
 
 __all__ = [
     "Accuracy",
     "Damping",
     "Disc",
     "Drive",
+    "Load",
     "Material",
     "MeshFile",
     "Modes",
@@ -142,6 +144,7 @@ class Scene:
     modes: Modes = _section("modes", Modes)
     reduction: Reduction = _section("reduction", Reduction, default=Reduction())
     accuracy: Accuracy = _section("accuracy", Accuracy, default=Accuracy())
+    load: Load | None = _section("load", Load, default=None)
     damping: Damping | None = _section("damping", Damping, default=None)
     drive: Drive | None = _section("drive", Drive, default=None)
     sweep: Sweep | None = _section("sweep", Sweep, default=None)
@@ -171,6 +174,11 @@ class Scene:
             raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
         if self.damping is not None:
             self.damping.per_mode(len(self.modes.numbers))
+        if self.load is not None and self.reduction.in_plane == "fixed":
+            raise SceneError(
+                "reduction.in_plane: found fixed beside [load]; allowed: free, as a film that is "
+                "not flat moves in its plane already in its linear modes"
+            )
         check_complete(self.damping, self.drive, self.sweep)
 
     @property
@@ -264,6 +272,7 @@ _CLASSES: dict[str, Any] = {
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,
+    "load": Load,
     "damping": Damping,
     "drive": Drive,
     "sweep": Sweep,

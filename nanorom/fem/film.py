@@ -116,7 +116,7 @@ class Film:
             about.shape = fem.Function(plate.deflections)
             about.shape.x.array[:] = shape
         if load is not None and load.gap < np.inf:
-            about.attraction = Attraction(load.gap, magnitude)
+            about.attraction = Attraction(load.gap, magnitude * load.strength)
         return about
 
 
@@ -128,36 +128,46 @@ class Load:
     """A static load per unit magnitude.
 
     form : linear form, or None; nodal : (local dofs of the film,) or None; gap : height of the
-    gate that attracts the film and that no part of it may reach.
+    gate that attracts the film and that no part of it may reach; strength : of its attraction.
     """
 
     form: Any = None
     nodal: np.ndarray | None = None
     gap: float = np.inf
+    strength: float = 1.0
+
+    def __add__(self, other: Load) -> Load:
+        """Both loads together, at most one of them a gate."""
+        gate = self if self.gap < np.inf else other
+        form, nodal = _sum(self.form, other.form), _sum(self.nodal, other.nodal)
+        return Load(form, nodal, gate.gap, gate.strength)
 
 
-def pressure(film: Film) -> Load:
+def _sum(a: Any, b: Any) -> Any:
+    return b if a is None else a if b is None else a + b
+
+
+def pressure(film: Film, value: float = 1.0) -> Load:
     """Uniform dead pressure towards positive w."""
     test = ufl.TestFunction(film.space)
-    return Load(form=test[2] * film.plate.dx(film.plate.degree))
+    value = fem.Constant(film.plate.domain.mesh, value)
+    return Load(form=value * test[2] * film.plate.dx(film.plate.degree))
 
 
-def gate(film: Film, gap: float) -> Load:
-    """Parallel-plate electrostatic pressure 1/2 / (gap - w)^2 of magnitude eps0 V^2.
+def gate(film: Film, gap: float, strength: float = 1.0) -> Load:
+    """Parallel-plate electrostatic pressure strength/2 / (gap - w)^2, strength eps0 V^2.
 
     The gate lies at ``gap`` above the film's plane, edge effects are neglected.
     """
     w = ufl.variable(film.w)
     height = w if film.plate.shape is None else w + film.plate.shape
-    attraction = ufl.diff(Attraction(gap, 1.0).potential(height), w)
-    form = attraction * ufl.TestFunction(film.space)[2] * film.plate.dx(
-        film.plate.stretching_degree
-    )
-    return Load(form=form, gap=gap)
+    attraction = Attraction(gap, strength).on(film.plate.domain.mesh)
+    form = ufl.diff(attraction.potential(height), w) * ufl.TestFunction(film.space)[2]
+    return Load(form * film.plate.dx(film.plate.stretching_degree), None, gap, strength)
 
 
-def patch(film: Film, centre: np.ndarray, radius: float) -> Load:
-    """Unit force spread evenly over a disc; a point force if its radius is 0. Collective.
+def patch(film: Film, centre: np.ndarray, radius: float, force: float = 1.0) -> Load:
+    """A force spread evenly over a disc; a point force if its radius is 0. Collective.
 
     The disc is integrated on its own polar Gauss points, wherever the cells lie.  On a part of a
     mirrored film the load is that part's share of one that has the same mirrors.
@@ -171,7 +181,7 @@ def patch(film: Film, centre: np.ndarray, radius: float) -> Load:
         points = np.stack([np.outer(r, np.cos(angle)), np.outer(r, np.sin(angle))], axis=2)
         points = points.reshape(-1, 2)
         weights = np.repeat(radial / radial.sum(), 2 * n) / (2 * n)
-    weights = weights / film.plate.mirrors.copies
+    weights = force * weights / film.plate.mirrors.copies
     nodal = functional(film.plate, np.asarray(centre) + points, weights)
     return Load(nodal=film.deflections_to_state(nodal))
 

@@ -53,8 +53,12 @@ class Attraction:
     strength is eps0 V^2.
     """
 
-    gap: float
-    strength: float
+    gap: Any
+    strength: Any
+
+    def on(self, mesh: Any) -> Attraction:
+        """The same with constants that a compiled form can be given anew."""
+        return Attraction(fem.Constant(mesh, self.gap), fem.Constant(mesh, self.strength))
 
     def potential(self, height: Any) -> Any:
         """Work done up to a height (UFL or number), but for a constant."""
@@ -149,8 +153,9 @@ class Plate:
 
     def attraction_energy(self, w: Any) -> Any:
         """Energy of the attraction to the gate beyond second order in w."""
-        gate, height = self.attraction, 0.0 if self.shape is None else self.shape
-        assert gate is not None
+        assert self.attraction is not None
+        gate = self.attraction.on(self.domain.mesh)
+        height = 0.0 if self.shape is None else self.shape
         rise = gate.potential(height + w) - gate.potential(height)
         first = 0.5 * gate.strength / (gate.gap - height) ** 2
         density = rise - first * w - 0.5 * gate.stiffness(height) * w**2
@@ -227,7 +232,8 @@ class Plate:
         if self.bending:
             energy = energy + self.bending_energy(w)
         if self.attraction is not None:
-            softening = self.attraction.stiffness(0.0 if self.shape is None else self.shape)
+            gate = self.attraction.on(self.domain.mesh)
+            softening = gate.stiffness(0.0 if self.shape is None else self.shape)
             energy = energy - 0.5 * softening * w**2 * self.dx(self.stretching_degree)
         return energy
 

@@ -97,7 +97,7 @@ CORPUS = [
         "accuracy.degree",
         "either tolerance",
     ),
-    ("[modes]", '[load]\npressure = "1 Pa"\n[modes]', "load", "unknown section"),
+    ("[modes]", '[laod]\npressure = "1 Pa"\n[modes]', "laod", "unknown section"),
     ("= 180", "= 0", "damping.quality_factor", "greater than 0"),
     ("= 180", "= [180, 180]", "damping.quality_factor", "one per mode"),
     ("= 180", "= []", "damping.quality_factor", "at least one"),

@@ -1,0 +1,130 @@
+"""The static state of a scene: its film under its load, its pre-stress relaxed at free edges."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from nanorom.errors import SolverError
+from nanorom.fem import compat, statics
+from nanorom.fem import film as films
+from nanorom.fem.film import Film
+from nanorom.fem.plate import Plate
+from nanorom.load import VACUUM_PERMITTIVITY, Load
+from nanorom.scene import Rectangle, Scene
+
+UNSTRESSED = 1e-12  # of the tension; a stress below it at a free edge is round-off
+
+
+@attrs.frozen
+class Units:
+    """Units of the film's static problem: SI value = unit x non-dimensional value.
+
+    deflection makes stretching as stiff as the tension; pressure and force follow.
+    """
+
+    length: float
+    deflection: float
+    pressure: float
+    force: float
+    attraction: float
+
+    @classmethod
+    def of(cls, scene: Scene, length: float, tension: float) -> Units:
+        """Units of a scene whose length and tension are measured in these."""
+        stretch = scene.material.youngs_modulus * scene.plate.thickness
+        deflection = length * np.sqrt(tension / stretch)
+        pressure = tension * deflection / length**2
+        return cls(length, deflection, pressure, tension * deflection, pressure * deflection**2)
+
+
+@attrs.frozen(eq=False)
+class StaticState:
+    """The plate about its equilibrium, and the deflection (local dofs,) from its first shape."""
+
+    plate: Plate
+    deflection: np.ndarray | None = None
+    tension: float | None = None
+
+
+def is_needed(scene: Scene, kinds: dict[str, str]) -> bool:
+    """Whether the film is not flat under a tension that is in equilibrium as it is.
+
+    kinds : of support, by boundary curve.
+    """
+    if scene.load is not None:
+        return True
+    free = [name for name, kind in kinds.items() if kind == "free"]
+    if not isinstance(scene.geometry, Rectangle):
+        return bool(free) and max(abs(scene.tension.x), abs(scene.tension.y)) > 0
+    across = {"left": "x", "right": "x", "bottom": "y", "top": "y"}
+    largest = max(abs(scene.tension.x), abs(scene.tension.y))
+    pulls = [abs(getattr(scene.tension, across[side])) for side in free if side in across]
+    return max(pulls, default=0.0) > UNSTRESSED * largest
+
+
+def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
+    """Equilibrium of the film and the plate about it. Collective.
+
+    Raises SolverError, which says which part of the load was reached, where there is none.
+    """
+    film = Film(plate)
+    if scene.load is None:
+        films.problem(film, None).solve(0.0)
+        about = film.about()
+        return StaticState(about, None, mean_tension(about))
+    load = load_on(film, scene.load, units)
+    try:
+        for _ in statics.load_steps(
+            films.problem(film, load), [1.0], lambda _: films.admissible(film, load)
+        ):
+            pass
+    except SolverError as error:
+        raise SolverError(_explained(scene.load, error)) from error
+    about = film.about(load, 1.0)
+    return StaticState(about, film.deflection(), mean_tension(about))
+
+
+def load_on(film: Film, load: Load, units: Units) -> films.Load:
+    """A scene's load on its film, in the film's units."""
+    parts = []
+    if load.pressure is not None:
+        parts.append(films.pressure(film, load.pressure / units.pressure))
+    if load.voltage is not None and load.gap is not None:
+        strength = VACUUM_PERMITTIVITY * load.voltage**2 / units.attraction
+        parts.append(films.gate(film, load.gap / units.deflection, strength))
+    if load.force is not None:
+        centre, radius = np.array(load.position) / units.length, load.radius / units.length
+        parts.append(films.patch(film, centre, radius, load.force / units.force))
+    total = parts[0]
+    for part in parts[1:]:
+        total = total + part
+    return total
+
+
+def _explained(load: Load, error: SolverError) -> str:
+    """What the load case's failure means for the scene's load."""
+    words = str(error).split()
+    reached = float(words[words.index("load", 4) + 1]) if "stopped at load" in str(error) else 0.0
+    if load.voltage is None or reached == 0.0:
+        return f"load: only {100 * reached:.4g} % of it can be applied: {error}"
+    volts = np.sqrt(reached) * abs(load.voltage)
+    return (
+        f"load.voltage: found {abs(load.voltage):g} V, but the film is pulled in at {volts:.6g} V; "
+        "lower the voltage or widen the gap"
+    )
+
+
+def mean_tension(plate: Plate) -> float:
+    """Half the trace of the membrane force, averaged over the film. Collective."""
+    mesh = plate.domain.mesh
+    force = plate.tension_x + plate.tension_y
+    if plate.prestress is not None:
+        force = force + ufl.tr(plate.prestress)
+    dx = plate.dx(plate.stretching_degree)
+    one = fem.Constant(mesh, 1.0)
+    sums = [fem.assemble_scalar(compat.form(density * dx)) for density in (0.5 * force, one)]
+    total, area = plate.domain.comm.allreduce(np.array(sums))
+    return float(total / area)
