@@ -106,6 +106,10 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
     _add_overrides(sub)
 
+    sub = command("plan", _plan, "Say what a scene needs, what is skipped and why, and its cost.")
+    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+    _add_overrides(sub)
+
     sub = command("reduce", _reduce, "Reduce a scene to its modal model.")
     sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
     sub.add_argument("-o", "--output", type=Path, required=True, metavar="ROM", help="rom.h5")
@@ -202,6 +206,12 @@ def _run(options: argparse.Namespace) -> None:
     if summary is not None and mpi_rank() == 0:
         total = sum(summary["seconds"].values())
         print(f"results in {options.output} after {total:.1f} s")
+
+
+def _plan(options: argparse.Namespace) -> None:
+    from nanorom.workflow import plan
+
+    print(plan(_scene(options)))
 
 
 def _reduce(options: argparse.Namespace) -> None:

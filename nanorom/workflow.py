@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,19 +21,37 @@ Progress = Callable[[str, int, int], None]  # stage, done, of how many
 FILES = ("rom.h5", "response.h5", "modes.png", "response.png", "amplitudes.png", "summary.json")
 
 
+def plan(scene: Scene) -> str:
+    """What a scene needs, what is skipped and why, and what it will cost, as text."""
+    with _finite_elements():
+        from nanorom.fem.plan import Plan
+    found = Plan.of(scene)
+    rows = [("compute" if item.computed else "skip", item.what, item.why) for item in found.items()]
+    width = max(len(what) for _, what, _ in rows)
+    lines = [f"{verb:8}{what:{width + 2}}{why}".rstrip() for verb, what, why in rows]
+    return "\n".join([*lines, f"cost    {found.cost()}"])
+
+
+@contextmanager
+def _finite_elements() -> Iterator[None]:
+    """Turn a missing finite-element library into one line with the remedy."""
+    try:
+        yield
+    except ImportError as error:
+        raise NanoromError(
+            f"reducing a scene needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
+            "use ./run or the container image"
+        ) from error
+
+
 def reduce(scene: Scene, progress: Progress | None = None) -> ReducedModel:
     """Reduce a scene to its modal model (steps I to IV of the paper), by finite elements.
 
     Under MPI every rank calls it and gets the same model.  Raises NanoromError if DOLFINx is not
     installed, MeshError or SolverError if the scene cannot be solved.
     """
-    try:
+    with _finite_elements():
         from nanorom.fem import reduce_scene
-    except ImportError as error:
-        raise NanoromError(
-            f"reducing a scene needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
-            "use ./run or the container image"
-        ) from error
     return reduce_scene(scene, progress)
 
 

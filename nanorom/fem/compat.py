@@ -216,3 +216,22 @@ def orthonormal_polynomials(degree: int, points: np.ndarray) -> np.ndarray:
             basix.PolynomialType.legendre, basix.CellType.triangle, degree, points
         )
     )
+
+
+def exterior_facets(mesh: Any) -> np.ndarray:
+    """Local facets on the boundary of the whole mesh that this rank owns."""
+    mesh.topology.create_connectivity(1, 2)
+    return np.asarray(dolfinx.mesh.exterior_facet_indices(mesh.topology))
+
+
+def facet_vertices(mesh: Any, facets: np.ndarray) -> np.ndarray:
+    """Local geometry nodes (f, 2) at the ends of facets."""
+    mesh.topology.create_connectivity(2, 1)
+    edges = ((1, 2), (0, 2), (0, 1))
+    cells = mesh.topology.connectivity(2, 1)
+    nodes = cell_nodes(mesh)[:, :3]
+    of_cell = cells.array[: 3 * len(nodes)].reshape(-1, 3)
+    ends = np.empty((of_cell.max(initial=-1) + 1, 2), dtype=np.int64)
+    for local, pair in enumerate(edges):
+        ends[of_cell[:, local]] = nodes[:, pair]
+    return ends[facets]

@@ -196,3 +196,14 @@ def _end_rows(kind: str, size: float, tolerance: float | None, layer: float) -> 
     corner = size * tolerance ** (1 / CORNER_EXPONENT)
     smallest = min(layer, corner) if kind == "clamped" and layer > 0 else corner
     return _shrinking(size, smallest, CORNER_RATIO)
+
+
+def cells_of(chosen: Discretisation) -> int | None:
+    """How many cells a discretisation has, None where only gmsh can tell."""
+    p = chosen.parameters
+    if "rings" in p:
+        counts = np.minimum(np.ceil(p["growth"] * np.arange(1, p["rings"] + 1)), p["sectors"] / 4)
+        return int(p["quadrants"] * (2 * counts.sum() - counts[-1]))
+    if "n_x" in p:
+        return int(2 * p["n_x"] * p["n_y"])
+    return None

@@ -27,49 +27,18 @@ from nanorom.fem import modes as eigen
 from nanorom.fem import step as stiffness_evaluation
 from nanorom.fem.cases import FlatCases
 from nanorom.fem.modes import Modes
+from nanorom.fem.plan import Plan
 from nanorom.fem.plate import Plate
+from nanorom.fem.scales import Scales
 from nanorom.fem.shapes import normalise
 from nanorom.fem.symmetry import Mirrors, line
 from nanorom.fem.tangent import tangent
 from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene
 
+FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
 MOST_MESHES = 5  # attempts at a tolerance
 Progress = Callable[[str, int, int], None]  # stage, done, of how many
-
-
-@attrs.frozen
-class Scales:
-    """Units in which a scene is computed: SI value = unit x non-dimensional value.
-
-    length in m, tension in N/m, mass in kg, cubic in N/m^3; bending is D/(tension length^2).
-    """
-
-    length: float
-    tension: float
-    mass: float
-    cubic: float
-    bending: float
-
-    @classmethod
-    def of(cls, scene: Scene) -> Scales:
-        """Scales of a scene; a film without tension is measured by its bending stiffness."""
-        geometry, material, h = scene.geometry, scene.material, scene.plate.thickness
-        if isinstance(geometry, Disc):
-            length = geometry.radius
-        else:
-            length = geometry.scale if isinstance(geometry, MeshFile) else geometry.length
-        stretch = material.youngs_modulus * h
-        bending = 0.0
-        if scene.plate.model != "membrane":
-            bending = stretch * h**2 / (12 * (1 - material.poisson_ratio**2)) / length**2
-        tension = max(abs(scene.tension.x), abs(scene.tension.y), bending)
-        mass = material.density * h * length**2
-        return cls(length, tension, mass, stretch / length**2, bending / tension)
-
-    def frequency(self, eigenvalues: np.ndarray) -> np.ndarray:
-        """Frequencies in Hz of eigenvalues of the scaled problem."""
-        return np.sqrt(eigenvalues * self.tension / self.mass) / (2 * np.pi)
 
 
 class Stopwatch:
@@ -101,9 +70,9 @@ def reduce_scene(
 
     Raises SceneError, MeshError or SolverError with one line that names the cause.
     """
-    scales = Scales.of(scene)
-    watch = Stopwatch(progress)
-    solution = solve_to_tolerance(comm, scene, scales, watch)
+    plan = Plan.of(scene)
+    scales, watch = plan.scales, Stopwatch(progress)
+    solution = solve_to_tolerance(comm, plan, watch)
     modes, plate = solution.modes, solution.modes.plate
     selected = np.array(scene.modes.numbers) - 1
     with watch.stage("patterns"):
@@ -162,23 +131,21 @@ class Solution:
         return max(self.diagnostics["error_frequency"], self.diagnostics["error_tensor"])
 
 
-def solve_to_tolerance(
-    comm: MPI.Comm, scene: Scene, scales: Scales, watch: Stopwatch
-) -> Solution:
+def solve_to_tolerance(comm: MPI.Comm, plan: Plan, watch: Stopwatch) -> Solution:
     """Solve on a mesh made for the tolerance, and again on finer ones until it is met.
 
     Warns with AccuracyWarning where rounding or cost forbids it.  Collective.
     """
-    tolerance = scene.accuracy.tolerance
+    tolerance = plan.scene.accuracy.tolerance
     if tolerance is None:
-        return solve(comm, scene, scales, None, watch)
+        return solve(comm, plan, None, watch)
     aim, solutions = tolerance, []
     for _ in range(MOST_MESHES):
-        solution = solve(comm, scene, scales, aim, watch)
+        solution = solve(comm, plan, aim, watch)
         solutions.append(solution)
         if solution.error <= tolerance:
             return solution
-        if solution.diagnostics["error_rounding"] > tolerance / 2 or not can_refine(scene):
+        if solution.diagnostics["error_rounding"] > tolerance / 2 or not can_refine(plan.scene):
             break
         aim *= min(0.3, tolerance / solution.error)
     best = min(solutions, key=lambda solution: solution.error)
@@ -197,13 +164,9 @@ def can_refine(scene: Scene) -> bool:
     return not (isinstance(geometry, MeshFile) and geometry.file.suffix == ".msh")
 
 
-def solve(
-    comm: MPI.Comm, scene: Scene, scales: Scales, aim: float | None, watch: Stopwatch
-) -> Solution:
+def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> Solution:
     """Modes and tensors on one mesh, with estimates of their errors. Collective."""
-    tension = max(scene.tension.x, scene.tension.y, 1e-300)
-    layer = float(np.sqrt(scales.bending * scales.tension / tension))
-    chosen = discretisation.choose(scene, scales.length, layer, aim)
+    scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
     with watch.stage("mesh"):
         plate = build_plate(comm, scene, scales, chosen)
     with watch.stage("modes"):
@@ -252,7 +215,27 @@ def build_plate(
     plate.tension_y.value = scene.tension.y / scales.tension
     plate.bending_stiffness.value = scales.bending
     plate.nu.value = scene.material.poisson_ratio
+    check_prestress(plate)
     return plate
+
+
+def check_prestress(plate: Plate) -> None:
+    """Raise SceneError where a constant tension pulls at a free edge: it would not stay there.
+
+    Collective.
+    """
+    film = plate.domain.mesh
+    mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
+    free = np.setdiff1d(compat.exterior_facets(film), np.union1d(plate.supported, mirrors))
+    ends = film.geometry.x[compat.facet_vertices(film, free), :2]
+    along = ends[:, 1] - ends[:, 0]
+    normal = along[:, ::-1] / np.linalg.norm(along, axis=1, keepdims=True)
+    pull = np.abs(normal * [float(plate.tension_x.value), float(plate.tension_y.value)])
+    if max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL:
+        raise SceneError(
+            "tension: it pulls at an edge that is free, where nothing holds it; hold that edge, "
+            "or give no tension across it (tension.y = 0 for a string with free long edges)"
+        )
 
 
 def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str, str]:

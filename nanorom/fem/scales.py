@@ -1,0 +1,45 @@
+"""Units in which a scene is computed: SI outside, numbers of order one inside."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from nanorom.scene import Disc, MeshFile, Scene
+
+
+@attrs.frozen
+class Scales:
+    """Units in which a scene is computed: SI value = unit x non-dimensional value.
+
+    length in m, tension in N/m, mass in kg, cubic in N/m^3; bending is D/(tension length^2).
+    """
+
+    length: float
+    tension: float
+    mass: float
+    cubic: float
+    bending: float
+
+    @classmethod
+    def of(cls, scene: Scene, bending: bool = True) -> Scales:
+        """Scales of a scene; a film without tension is measured by its bending stiffness.
+
+        bending : whether bending stiffness is taken into account; never for a membrane.
+        """
+        geometry, material, h = scene.geometry, scene.material, scene.plate.thickness
+        if isinstance(geometry, Disc):
+            length = geometry.radius
+        else:
+            length = geometry.scale if isinstance(geometry, MeshFile) else geometry.length
+        stretch = material.youngs_modulus * h
+        stiffness = 0.0
+        if bending and scene.plate.model != "membrane":
+            stiffness = stretch * h**2 / (12 * (1 - material.poisson_ratio**2)) / length**2
+        tension = max(abs(scene.tension.x), abs(scene.tension.y), stiffness)
+        mass = material.density * h * length**2
+        return cls(length, tension, mass, stretch / length**2, stiffness / tension)
+
+    def frequency(self, eigenvalues: np.ndarray) -> np.ndarray:
+        """Frequencies in Hz of eigenvalues of the scaled problem."""
+        return np.sqrt(eigenvalues * self.tension / self.mass) / (2 * np.pi)

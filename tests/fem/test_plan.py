@@ -1,0 +1,121 @@
+"""What a plan skips makes no difference; what is in doubt is computed."""
+
+import attrs
+import numpy as np
+import pytest
+
+from nanorom.errors import SceneError
+from nanorom.fem import reduce_scene
+from nanorom.fem.plan import Plan
+from nanorom.scene import (
+    Accuracy,
+    Material,
+    Modes,
+    Plate,
+    Rectangle,
+    Scene,
+    String,
+    Support,
+    Tension,
+)
+from tests.fem.exact import drum, paper_drum
+from tests.fem.test_drum import solved_modes
+
+from nanorom.fem.step import StaticCases, coefficients, load_cases
+
+NOISE = 1e-9  # relative, of forces that vanish by symmetry
+
+
+def rectangle(**changes) -> Scene:
+    fields = {
+        "geometry": Rectangle(length="10 um", width="6 um"),
+        "plate": Plate(thickness="10 nm"),
+        "material": Material(youngs_modulus="200 GPa", poisson_ratio=0.25, density=2700.0),
+        "tension": Tension(x=1.0, y=1.0),
+        "modes": Modes(count=3),
+        "accuracy": Accuracy(tolerance=1e-4),
+    }
+    return Scene(**fields | changes)
+
+
+def test_bending_is_skipped_only_where_it_makes_no_difference():
+    scene = drum(1e10, count=4, model="auto", accuracy=Accuracy(tolerance=1e-3))
+    plan = Plan.of(scene)
+    assert not plan.bending
+    skipped = reduce_scene(scene)
+    full = reduce_scene(attrs.evolve(scene, plate=attrs.evolve(scene.plate, model="plate")))
+    effect = np.abs(skipped.frequency / full.frequency - 1).max()
+    assert effect < plan.bending_effect < 1e-3
+    largest = np.abs(full.cubic).max()
+    assert np.abs(skipped.cubic - full.cubic).max() < plan.bending_effect * largest
+
+
+def test_thinness_alone_does_not_skip_bending():
+    scene = drum(1e5, count=4, model="auto")
+    assert scene.plate.thickness / scene.geometry.radius < 0.01
+    assert Plan.of(scene).bending
+    assert Plan.of(attrs.evolve(scene, accuracy=Accuracy(degree=4, mesh_size=1e-6))).bending
+
+
+def test_flat_film_has_no_quadratic_force_and_needs_half_of_the_pairs():
+    """All load cases solved one by one on the whole film give what the skips leave out."""
+    scene = attrs.evolve(paper_drum(3), accuracy=Accuracy(degree=4, mesh_size=1.25e-6))
+    modes = solved_modes(scene, whole=True)
+    cases = list(load_cases(3))
+    q = np.zeros((len(modes.parities), len(cases)))
+    for column, case in enumerate(cases):
+        for mode, sign in case:
+            q[mode, column] = 0.5 * sign
+    forces = dict(zip(cases, StaticCases(modes).nonlinear_force(q).T[:, :3]))
+    quadratic, cubic = coefficients(forces, 3, 0.5)
+    assert np.abs(quadratic).max() < NOISE * np.abs(cubic).max()
+    for case, force in forces.items():
+        opposite = forces.get(tuple((mode, -sign) for mode, sign in case))
+        if opposite is not None:
+            assert np.abs(force + opposite).max() < NOISE * np.abs(force).max()
+
+
+def test_modes_outside_the_asked_band_do_not_change_those_inside():
+    scene = rectangle()
+    three = reduce_scene(scene)
+    chosen = reduce_scene(attrs.evolve(scene, modes=Modes(select=[1, 3])))
+    assert chosen.frequency == pytest.approx(three.frequency[[0, 2]], rel=1e-12)
+    assert chosen.cubic == pytest.approx(three.cubic[np.ix_(*[[0, 2]] * 4)], rel=1e-9)
+    assert chosen.number.tolist() == [1, 3]
+
+
+def test_supports_without_mirror_symmetry_mesh_the_whole_film():
+    clamped_left = Support({"left": "clamped", "right": "simply_supported", "default": "clamped"})
+    assert Plan.of(rectangle()).discretisation(1e-4).mirrors.axes == ("x", "y")
+    assert Plan.of(rectangle(support=clamped_left)).discretisation(1e-4).mirrors.axes == ("y",)
+
+
+def test_half_and_whole_meshes_give_one_result():
+    """A support that breaks the symmetry by its name only: the same film, meshed differently."""
+    scene = rectangle(support=Support("simply_supported"))
+    quarter = reduce_scene(scene)
+    turned = attrs.evolve(
+        scene,
+        geometry=Rectangle(length=scene.geometry.width, width=scene.geometry.length),
+    )
+    assert reduce_scene(turned).frequency == pytest.approx(quarter.frequency, rel=1e-6)
+
+
+def test_tension_across_a_free_edge_is_refused():
+    scene = rectangle(
+        geometry=String(length="100 um", width="2 um"),
+        support=Support({"left": "clamped", "right": "clamped"}),
+    )
+    with pytest.raises(SceneError, match="pulls at an edge that is free"):
+        reduce_scene(scene)
+    along = attrs.evolve(scene, tension=Tension(x=1.0, y=0.0))
+    assert reduce_scene(along).frequency[0] > 0
+
+
+def test_plan_says_what_is_skipped_and_why():
+    items = {item.what: item for item in Plan.of(paper_drum()).items()}
+    assert items["bending"].computed
+    assert not items["quadratic tensor"].computed
+    assert not items["three quarters of the film"].computed
+    assert all(item.why for item in items.values() if not item.computed)
+    assert "degrees of freedom" in Plan.of(paper_drum()).cost()
