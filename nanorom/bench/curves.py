@@ -101,6 +101,7 @@ def ngsolve(case: Case, meshes: dict[int, tuple[float, ...]]) -> Iterator[Row]:
 
 
 def _in_si(dofs: int, omega: np.ndarray, cubic: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
-    mass = exact.DENSITY * exact.THICKNESS
-    scale = np.sqrt(exact.rigidity() / mass) / exact.RADIUS**2 / (2 * np.pi)
-    return dofs, scale * omega, exact.MODULUS * exact.THICKNESS / exact.RADIUS**2 * cubic
+    film = exact.Film()
+    mass = exact.DENSITY * film.thickness
+    scale = np.sqrt(film.tension_unit / mass) / film.radius / (2 * np.pi)
+    return dofs, scale * omega, film.modulus * film.thickness / film.radius**2 * cubic

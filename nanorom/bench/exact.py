@@ -75,55 +75,73 @@ def with_signs_of(cubic: Array, exact: Array) -> Array:
 # -- drums ----------------------------------------------------------------------------------------
 
 
-def rigidity(nu: float = NU) -> float:
-    """Bending stiffness of the drums here, N m."""
-    return MODULUS * THICKNESS**3 / (12 * (1 - nu**2))
+@attrs.frozen
+class Film:
+    """A round film: radius, thickness (m), Young's modulus (Pa), Poisson's ratio."""
+
+    radius: float = RADIUS
+    thickness: float = THICKNESS
+    modulus: float = MODULUS
+    nu: float = NU
+
+    @property
+    def rigidity(self) -> float:
+        """Bending stiffness D in N m."""
+        return self.modulus * self.thickness**3 / (12 * (1 - self.nu**2))
+
+    @property
+    def tension_unit(self) -> float:
+        """D/R^2 in N/m."""
+        return self.rigidity / self.radius**2
+
+    def scene(self, tension: Tension, count: int, model: str = "plate") -> Scene:
+        """Clamped drum of this film."""
+        return Scene(
+            geometry=Disc(radius=self.radius),
+            plate=Plate(thickness=self.thickness, model=model),
+            material=Material(
+                youngs_modulus=self.modulus, poisson_ratio=self.nu, density=DENSITY
+            ),
+            tension=tension,
+            modes=Modes(count=count),
+        )
+
+    def in_si(
+        self, solution: Callable[[], spectral.Drum], stiffness: float
+    ) -> tuple[Callable[[], Array], Callable[[], Array]]:
+        """Frequencies and tensor of a solution in units of some stiffness (N/m)."""
+        scale = np.sqrt(stiffness / (DENSITY * self.thickness)) / self.radius / (2 * np.pi)
+        unit = self.modulus * self.thickness / self.radius**2
+        return (
+            cache(lambda: scale * solution().omega),
+            cache(lambda: unit * solution().tensor(self.nu)),
+        )
 
 
-def drum(kappa: float, count: int = 11, nu: float = NU) -> Case:
+def drum(kappa: float, count: int = 11, film: Film = Film()) -> Case:
     """Clamped drum with T R^2/D = kappa; infinite for a membrane."""
     membrane = bool(np.isinf(kappa))
-    tension = 0.3 if membrane else kappa * rigidity(nu) / RADIUS**2
-    scene = Scene(
-        geometry=Disc(radius=RADIUS),
-        plate=Plate(thickness=THICKNESS, model="membrane" if membrane else "plate"),
-        material=Material(youngs_modulus=MODULUS, poisson_ratio=nu, density=DENSITY),
-        tension=Tension(x=tension, y=tension),
-        modes=Modes(count=count),
-    )
+    tension = film.modulus * film.thickness * 1e-4 if membrane else kappa * film.tension_unit
+    scene = film.scene(Tension(tension, tension), count, "membrane" if membrane else "plate")
     solution = cache(lambda: spectral.isotropic(kappa, count))
-    stiffness = tension if membrane else rigidity(nu) / RADIUS**2
-    return _drum_case(
-        "membrane drum" if membrane else f"drum, T R^2/D = {kappa:g}", scene, solution, stiffness
-    )
+    name = "membrane drum" if membrane else f"drum, T R^2/D = {kappa:g}"
+    return Case(name, scene, *film.in_si(solution, tension if membrane else film.tension_unit))
+
+
+def unequal_drum(kappa_x: float, kappa_y: float, count: int = 11, film: Film = Film()) -> Case:
+    """Clamped drum under different tensions along x and y."""
+    unit = film.tension_unit
+    scene = film.scene(Tension(kappa_x * unit, kappa_y * unit), count)
+    solution = cache(lambda: spectral.anisotropic(kappa_x, kappa_y, count))
+    name = f"drum, T R^2/D = {kappa_x:g}, {kappa_y:g}"
+    return Case(name, scene, *film.in_si(solution, unit))
 
 
 def paper_drum(count: int = 11) -> Case:
-    """The graphene drum of the paper: E = 410 GPa, unequal tensions."""
-    scene = Scene(
-        geometry=Disc(radius=RADIUS),
-        plate=Plate(thickness=THICKNESS, model="plate"),
-        material=Material(youngs_modulus=MODULUS, poisson_ratio=NU, density=DENSITY),
-        tension=Tension(x=0.321, y=0.257),
-        modes=Modes(count=count),
-    )
-    unit = rigidity() / RADIUS**2
-    solution = cache(lambda: spectral.anisotropic(0.321 / unit, 0.257 / unit, count))
-    return _drum_case("paper's drum", scene, solution, unit)
-
-
-def _drum_case(
-    name: str, scene: Scene, solution: Callable[[], spectral.Drum], stiffness: float
-) -> Case:
-    nu = scene.material.poisson_ratio
-    scale = np.sqrt(stiffness / (DENSITY * THICKNESS)) / RADIUS / (2 * np.pi)
-    unit = MODULUS * THICKNESS / RADIUS**2
-    return Case(
-        name,
-        scene,
-        cache(lambda: scale * solution().omega),
-        cache(lambda: unit * solution().tensor(nu)),
-    )
+    """The graphene drum of the paper: E = 410 GPa, T_x = 0.321 and T_y = 0.257 N/m."""
+    unit = Film().tension_unit
+    case = unequal_drum(0.321 / unit, 0.257 / unit, count)
+    return attrs.evolve(case, name="paper's drum")
 
 
 # -- square ---------------------------------------------------------------------------------------

@@ -56,9 +56,12 @@ class Row:
 
 
 def timed(solve: Callable[[], Result], repeats: int = REPEATS) -> tuple[Result, float, float]:
-    """Result, wall time and processor time of the fastest of some runs, after one to warm up."""
+    """Result, wall time and processor time of the fastest of some runs, after one to warm up.
+
+    Without ``repeats`` the first run counts.
+    """
     result, wall, cpu = _once(solve)
-    if wall > LONG:
+    if wall > LONG or not repeats:
         return result, wall, cpu
     runs = [_once(solve) for _ in range(repeats)]
     return runs[-1][0], min(run[1] for run in runs), min(run[2] for run in runs)

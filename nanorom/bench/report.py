@@ -17,7 +17,7 @@ from nanorom.bench.measure import Row
 from nanorom.files import atomic_path
 
 COLUMNS = tuple(field.name for field in attrs.fields(Row))
-WIDTHS = {"case": 20, "note": 30, "code": 8, "route": 8, "name": 66}
+WIDTHS = {"case": 20, "note": 30, "code": 8, "route": 8, "name": 66, "parameter": 22, "verdict": 60}
 
 
 def heading(names: Sequence[str] = COLUMNS) -> str:

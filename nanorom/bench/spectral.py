@@ -64,6 +64,7 @@ def plate_roots(kappa: float, count: int) -> list[tuple[float, int, float]]:
     """(omega R^2 sqrt(rho h/D), p, b) of the lowest modes of a plate with T R^2/D = kappa.
 
     b J_p'(b)/J_p(b) = g I_p'(g)/I_p(g), g^2 - b^2 = kappa, omega = b g; pairs are listed once.
+    Compression (kappa < 0) is allowed up to buckling.
     """
 
     def characteristic(b: float, p: int) -> float:
@@ -75,6 +76,10 @@ def plate_roots(kappa: float, count: int) -> list[tuple[float, int, float]]:
     highest = 2.5 * np.sqrt(count) + 6  # beyond the wavenumber of mode ``count``
     for p in range(HIGHEST):
         grid = np.arange(0.5 + 0.8 * p, highest, 0.05)
+        if kappa < 0:  # near buckling g is small
+            lowest = np.sqrt(-kappa)
+            near = lowest * (1 + np.geomspace(1e-8, 0.01, 40))
+            grid = np.concatenate([near, grid[grid > near[-1]]])
         values = [characteristic(b, p) for b in grid]
         for low, high, f, g in zip(grid, grid[1:], values, values[1:]):
             if f * g < 0:
@@ -89,7 +94,7 @@ def isotropic(kappa: float, count: int) -> Drum:
         zeros = [(float(b), p, float(b)) for p in range(HIGHEST) for b in jn_zeros(p, 12)]
         roots, layer = sorted(zeros), 1.0
     else:
-        roots, layer = plate_roots(kappa, count), 1 / np.sqrt(1 + kappa)
+        roots, layer = plate_roots(kappa, count), 1 / np.sqrt(1 + abs(kappa))
     radial = Radial.resolving(layer)
     theta = _angles()
     omega, slopes = [], []
