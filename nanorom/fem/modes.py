@@ -22,6 +22,10 @@ NEAR = 1e-3  # neighbours closer than this are computed together, so that they c
 EXTRA = 2  # modes beyond those asked for, so that a pair is not cut in two
 
 
+class UnstableError(SolverError):
+    """The stiffness of the film's state is not positive definite."""
+
+
 @attrs.frozen(eq=False)
 class Modes:
     """The lowest modes of a plate, sorted by frequency.
@@ -138,6 +142,12 @@ def class_stiffness(plate: Plate) -> dict[Parity, PETSc.Mat]:
     return stiffness
 
 
+def free_deflections(plate: Plate, parity: Parity) -> algebra.FreeDofs:
+    """Degrees of freedom of the deflections of one class of symmetry."""
+    fixed = fem.locate_dofs_topological(plate.deflections, 1, plate.odd_facets(parity))
+    return algebra.FreeDofs(plate.deflections, fixed)
+
+
 class ClassSolver:
     """Lowest modes of one class of symmetry."""
 
@@ -145,8 +155,7 @@ class ClassSolver:
         self, plate: Plate, parity: Parity, stiffness: PETSc.Mat, mass: PETSc.Mat
     ) -> None:
         self.parity = parity
-        fixed = fem.locate_dofs_topological(plate.deflections, 1, plate.odd_facets(parity))
-        self.free = algebra.FreeDofs(plate.deflections, fixed)
+        self.free = free_deflections(plate, parity)
         self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
         self.plate = plate
         self.eigenvalues = np.empty(0)
@@ -212,7 +221,7 @@ def lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarr
         solver.setUp()
         negative = algebra.negative_pivots(transform.getKSP())
         if negative:
-            raise SolverError(
+            raise UnstableError(
                 f"the film's state is not stable: its stiffness has {negative} negative "
                 "eigenvalues; the compression exceeds the buckling load, so raise the tension"
             )

@@ -12,9 +12,10 @@ import attrs
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.errors import AccuracyWarning, SceneError
+from nanorom.errors import AccuracyWarning, SceneError, SolverError
 from nanorom.fem import (
     accuracy,
+    buckling,
     compat,
     condensation,
     discretisation,
@@ -170,7 +171,10 @@ def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> So
     with watch.stage("mesh"):
         plate = build_plate(comm, scene, scales, chosen)
     with watch.stage("modes"):
-        modes = eigen.solve(plate, scene.modes.highest)
+        try:
+            modes = eigen.solve(plate, scene.modes.highest)
+        except eigen.UnstableError as error:
+            raise SolverError(buckling.told(plate, scene.tension)) from error
         modes, names = name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
         modes = normalise(modes.take(selected))
