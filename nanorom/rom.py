@@ -101,6 +101,7 @@ class ReducedModel:
     drive, parametric : force patterns J (L,) and P (L, L) by name, per unit of their level; the
         modal force is (direct J + parametric P q) cos(omega t).
     shapes : mode shapes, if known.
+    static : the state about which the model is expanded, by name; empty for a flat film.
     diagnostics : what the reduction reports about itself; scene : its TOML text.
     """
 
@@ -115,6 +116,7 @@ class ReducedModel:
     drive: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     parametric: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     shapes: Shapes | None = None
+    static: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     diagnostics: dict[str, Any] = attrs.field(converter=_copy, factory=dict)
     scene: str = ""
     method: str = ""
@@ -275,8 +277,13 @@ class ReducedModel:
             return j, np.diag(j)
         return j, _pattern("parametric", self.parametric, parametric)
 
-    def system(self, direct: str = "pressure", parametric: str = "tension") -> ModalSystem:
-        """The modal equations with these drive patterns, ready for continuation."""
+    def system(
+        self, direct: str = "pressure", parametric: str = "tension", damped: bool = True
+    ) -> ModalSystem:
+        """The modal equations with these drive patterns, ready for continuation.
+
+        ``damped=False`` lets a model without damping pass: for backbones and exports.
+        """
         from nanorom.continuation import ModalSystem
 
         j, p = self.patterns(direct, parametric)
@@ -289,6 +296,7 @@ class ReducedModel:
             direct=j,
             parametric=p,
             cubic_damping=np.zeros_like(self.cubic),
+            damped=damped,
         )
 
     def save(self, path: str | Path) -> None:

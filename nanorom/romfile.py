@@ -30,6 +30,13 @@ DATASETS = {
     "cubic": (4, "N/m^3"),
 }
 PATTERNS = {"drive": (1, "N per unit of the level"), "parametric": (2, "N/m per unit of the level")}
+# state about which the model is expanded: shape (None: any length), unit
+STATIC: dict[str, tuple[tuple[int | None, ...], str]] = {
+    "deflection": ((None,), "m"),
+    "largest_deflection": ((), "m"),
+    "centre_deflection": ((), "m"),
+    "mean_tension": ((), "N/m"),
+}
 TEXTS = ("scene", "method", "in_plane")
 
 
@@ -55,6 +62,9 @@ def save(model: ReducedModel, path: str | Path) -> None:
             shapes["points"].attrs["unit"] = "m"
             shapes["cells"] = model.shapes.cells
             shapes["values"] = model.shapes.values
+        for name, value in model.static.items():
+            file[f"static/{name}"] = value
+            file[f"static/{name}"].attrs["unit"] = STATIC[name][1]
         hdf5.write_attributes(file.create_group("diagnostics"), model.diagnostics)
 
 
@@ -90,6 +100,7 @@ def _read(file: h5py.File) -> ReducedModel:
         **texts,
         label=hdf5.read_names(file, "label", n),
         shapes=_shapes(file, n),
+        static=_static(file),
         diagnostics=hdf5.read_attributes(hdf5.group(file, "diagnostics")),
         versions=hdf5.from_json(hdf5.text(file.attrs.get("versions", "{}"))),
     )
@@ -101,6 +112,17 @@ def _shapes(file: h5py.File, n: int) -> Shapes | None:
     points = hdf5.read(file, "shapes/points", (None, 3))
     cells = hdf5.read(file, "shapes/cells", (None, 3), kinds="iu")
     return Shapes(points, cells, hdf5.read(file, "shapes/values", (n, len(points))))
+
+
+def _static(file: h5py.File) -> dict[str, Any]:
+    if "static" not in file:
+        return {}
+    held = hdf5.group(file, "static")
+    return {
+        name: hdf5.read(file, f"static/{name}", shape)
+        for name, (shape, _) in STATIC.items()
+        if name in held
+    }
 
 
 def _check_potential(model: ReducedModel) -> None:

@@ -20,6 +20,7 @@ from nanorom.errors import SolverError
 from nanorom.fem import compat, quadrature
 from nanorom.fem.modes import class_stiffness
 from nanorom.fem.plate import Attraction, Plate
+from nanorom.fem.shapes import bounding_box
 from nanorom.fem.statics import StaticProblem
 from nanorom.fem.symmetry import AXES, Parity
 
@@ -242,6 +243,19 @@ def evaluate(plate: Plate, w: np.ndarray, points: np.ndarray) -> np.ndarray:
     n_owned = plate.deflections.dofmap.index_map.size_local
     values = [functional(plate, p[None], np.ones(1))[:n_owned] @ w[:n_owned] for p in points]
     return plate.domain.comm.allreduce(np.array(values))
+
+
+def centre_value(plate: Plate, w: np.ndarray) -> float | None:
+    """Value of a deflection (local dofs,) at the centre of the film's bounding box. Collective.
+
+    None where the film has a hole there.
+    """
+    low, high = bounding_box(plate)
+    middle = (low + high) / 2
+    try:
+        return float(evaluate(plate, w, middle[None])[0])
+    except SolverError:
+        return None
 
 
 def locate(plate: Plate, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

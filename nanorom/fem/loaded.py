@@ -70,22 +70,24 @@ class CoupledSolver(eigen.ClassSolver):
 class Tensors:
     """Modal force of a film: stretching (L, L), quadratic (L, L, L), cubic (L, L, L, L).
 
-    ``stretching`` is the linear force that the modes' stiffness does not contain.
+    ``stretching`` is the linear force that the modes' stiffness does not contain;
+    ``in_plane_error`` estimates the relative error of the condensed in-plane energy.
     """
 
     stretching: np.ndarray
     quadratic: np.ndarray
     cubic: np.ndarray
+    in_plane_error: float
 
 
 def tensors(modes: Modes, in_plane: str = "free") -> Tensors:
     """Coefficients by direct condensation, those of the attraction included. Collective."""
     n = len(modes.parities)
     if modes.plate.shape is None:
-        cubic, _ = condensation.cubic_tensor(modes, in_plane)
-        found = Tensors(np.zeros((n, n)), np.zeros((n, n, n)), cubic)
+        cubic, error = condensation.cubic_tensor(modes, in_plane)
+        found = Tensors(np.zeros((n, n)), np.zeros((n, n, n)), cubic, error)
     else:
-        found = Tensors(*condensation.stretching_tensors(modes, in_plane)[:3])
+        found = Tensors(*condensation.stretching_tensors(modes, in_plane))
     attraction = modes.plate.attraction
     if attraction is None:
         return found

@@ -20,9 +20,12 @@ from nanorom.fem import (
     condensation,
     discretisation,
     drawing,
+    film,
     labels,
+    loaded,
     mesh,
     quadrature,
+    state,
 )
 from nanorom.fem import modes as eigen
 from nanorom.fem import step as stiffness_evaluation
@@ -38,6 +41,7 @@ from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene
 
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
+THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
 MOST_MESHES = 5  # attempts at a tolerance
 Progress = Callable[[str, int, int], None]  # stage, done, of how many
 
@@ -78,7 +82,7 @@ def reduce_scene(
     selected = np.array(scene.modes.numbers) - 1
     with watch.stage("patterns"):
         products = modal_products(modes)
-        points, cells, values = drawing.triangulation(modes)
+        points, cells, values, static = on_triangulation(solution, scales)
     diagnostics = solution.diagnostics | {
         "dofs": int(plate.deflections.dofmap.index_map.size_global),
         "cells": int(plate.domain.mesh.topology.index_map(2).size_global),
@@ -88,7 +92,7 @@ def reduce_scene(
         **{f"seconds_{stage}": seconds for stage, seconds in watch.seconds.items()},
     }
     names, quadratic, cubic = solution.names, solution.quadratic, solution.cubic
-    stiffness = scales.tension * products.stiffness
+    stiffness = scales.tension * (products.stiffness + solution.stretching)
     mass = scales.mass * products.mass
     frequency = scales.frequency(modes.eigenvalues)
     damping = np.zeros_like(stiffness)
@@ -108,6 +112,7 @@ def reduce_scene(
         drive={"pressure": pressure},
         parametric={"tension": -products.slope, "paper": np.diag(pressure)},
         shapes=Shapes(points * scales.length, cells, values),
+        static=static,
         diagnostics=diagnostics,
         scene=scene.to_toml(),
         method=scene.reduction.method,
@@ -118,10 +123,15 @@ def reduce_scene(
 
 @attrs.frozen(eq=False)
 class Solution:
-    """Modes that take part, their names, tensors in SI units, and what is known of the errors."""
+    """Modes that take part, their names, tensors in SI units, and what is known of the errors.
+
+    stretching: what it adds to the modes' stiffness, scaled; static: the state they are about.
+    """
 
     modes: Modes
     names: list[str]
+    static: state.StaticState
+    stretching: np.ndarray
     quadratic: np.ndarray
     cubic: np.ndarray
     diagnostics: dict[str, Any]
@@ -168,18 +178,40 @@ def can_refine(scene: Scene) -> bool:
 def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> Solution:
     """Modes and tensors on one mesh, with estimates of their errors. Collective."""
     scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
+    if scene.load is not None:
+        # a static load case of STEP mixes modes of every parity: it needs the whole film
+        whole = not scene.load.centred or scene.reduction.method != "direct"
+        chosen = attrs.evolve(chosen, whole=whole)
     with watch.stage("mesh"):
         plate = build_plate(comm, scene, scales, chosen)
+    units = state.Units.of(scene, scales.length, scales.tension)
+    static = state.StaticState(plate)
+    if scene.load is not None or pulls_at_free_edge(plate):
+        with watch.stage("static state"):
+            static = state.solve(scene, units, plate)
+            layer = np.sqrt(scales.bending / max(static.tension, scales.bending))
+            if 0 < layer < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
+                finer = discretisation.choose(scene, scales.length, float(layer), aim)
+                finer = attrs.evolve(finer, whole=chosen.whole)
+                plate = build_plate(comm, scene, scales, finer)
+                static = state.solve(scene, units, plate)
+    plate = static.plate
     with watch.stage("modes"):
         try:
-            modes = eigen.solve(plate, scene.modes.highest)
+            modes = loaded.solve(plate, scene.modes.highest)
         except eigen.UnstableError as error:
             raise SolverError(buckling.told(plate, scene.tension)) from error
         modes, names = name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
         modes = normalise(modes.take(selected))
     with watch.stage("tensors"):
-        quadratic, cubic, in_plane, diagnostics = tensors(scene, scales, modes, watch)
+        stretching = np.zeros((len(selected),) * 2)
+        if plate.shape is None and plate.attraction is None:
+            quadratic, cubic, in_plane, diagnostics = tensors(scene, scales, modes, watch)
+        else:
+            stretching, quadratic, cubic, in_plane, diagnostics = loaded_tensors(
+                scene, scales, units, modes, watch
+            )
     with watch.stage("errors"):
         errors = accuracy.of_modes(modes)
         diagnostics |= {
@@ -188,7 +220,8 @@ def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> So
             "error_tensor": accuracy.of_tensor(cubic, errors, in_plane),
             "error_rounding": float(errors.rounding.max()),
         }
-    return Solution(modes, [names[i] for i in selected], quadratic, cubic, diagnostics)
+    named = [names[i] for i in selected]
+    return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics)
 
 
 def build_plate(
@@ -219,27 +252,19 @@ def build_plate(
     plate.tension_y.value = scene.tension.y / scales.tension
     plate.bending_stiffness.value = scales.bending
     plate.nu.value = scene.material.poisson_ratio
-    check_prestress(plate)
     return plate
 
 
-def check_prestress(plate: Plate) -> None:
-    """Raise SceneError where a constant tension pulls at a free edge: it would not stay there.
-
-    Collective.
-    """
-    film = plate.domain.mesh
+def pulls_at_free_edge(plate: Plate) -> bool:
+    """Whether a constant tension pulls at a free edge: it would not stay there. Collective."""
+    surface = plate.domain.mesh
     mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
-    free = np.setdiff1d(compat.exterior_facets(film), np.union1d(plate.supported, mirrors))
-    ends = film.geometry.x[compat.facet_vertices(film, free), :2]
+    free = np.setdiff1d(compat.exterior_facets(surface), np.union1d(plate.supported, mirrors))
+    ends = surface.geometry.x[compat.facet_vertices(surface, free), :2]
     along = ends[:, 1] - ends[:, 0]
     normal = along[:, ::-1] / np.linalg.norm(along, axis=1, keepdims=True)
     pull = np.abs(normal * [float(plate.tension_x.value), float(plate.tension_y.value)])
-    if max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL:
-        raise SceneError(
-            "tension: it pulls at an edge that is free, where nothing holds it; hold that edge, "
-            "or give no tension across it (tension.y = 0 for a string with free long edges)"
-        )
+    return max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL
 
 
 def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str, str]:
@@ -263,7 +288,8 @@ def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str,
 def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
     """Orient degenerate modes and name all of them by the scene's shape. Collective."""
     if isinstance(scene.geometry, Disc):
-        return labels.name_drum(modes, scene.tension.x == scene.tension.y)
+        isotropic = scene.tension.x == scene.tension.y
+        return labels.name_drum(modes, isotropic and (scene.load is None or scene.load.centred))
     if isinstance(scene.geometry, Rectangle):
         free = {side: kind == "free" for side, kind in scene.supports.items()}
         return labels.name_rectangle(
@@ -298,6 +324,61 @@ def tensors(
     cubic = scales.cubic / strength * result.cubic
     found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases, "amplitude": amplitude}
     return quadratic, cubic, result.in_plane_error, found
+
+
+def loaded_tensors(
+    scene: Scene, scales: Scales, units: state.Units, modes: Modes, watch: Stopwatch
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, dict[str, Any]]:
+    """The same about a static state, after the scaled linear stretching. Collective."""
+    method, count = scene.reduction.method, len(modes.parities)
+    found: dict[str, Any] = {"asymmetry": 0.0}
+    direct = loaded.tensors(modes)
+    quadratic, cubic = direct.quadratic, direct.cubic
+    if method == "tangent":
+        raise SceneError("reduction.method: found tangent beside [load]; allowed: direct | step")
+    if method == "step":
+        amplitude = scene.reduction.amplitude or scene.plate.thickness
+        result = stiffness_evaluation.step(
+            modes,
+            count,
+            amplitude / units.deflection,
+            progress=lambda i, n: watch.tell("load cases", i, n),
+        )
+        quadratic, cubic = result.quadratic, result.cubic
+        found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases}
+        found["amplitude"] = amplitude
+    quadratic = scales.tension / units.deflection * quadratic
+    return direct.stretching, quadratic, scales.cubic * cubic, direct.in_plane_error, found
+
+
+def on_triangulation(
+    solution: Solution, scales: Scales
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Points, cells, shapes and, in SI, the static state on the film's triangulation. Collective."""
+    static, modes = solution.static, solution.modes
+    if static.tension is None:
+        return *drawing.triangulation(modes), {}
+    plate = static.plate
+    unit = scales.length * np.sqrt(scales.tension / (scales.cubic * scales.length**2))
+    w = static.deflection
+    if w is None:
+        w = np.zeros(len(plate.w.x.array))
+    extended = attrs.evolve(
+        modes,
+        shapes=np.column_stack([modes.shapes, w]),
+        parities=[*modes.parities, plate.mirrors.even],
+    )
+    points, cells, values = drawing.triangulation(extended)
+    deflection = unit * values[-1]
+    found = {
+        "deflection": deflection,
+        "largest_deflection": deflection[np.abs(deflection).argmax()],
+        "mean_tension": np.array(scales.tension * static.tension),
+    }
+    centre = film.centre_value(plate, w)
+    if centre is not None:
+        found["centre_deflection"] = np.array(unit * centre)
+    return points, cells, values[:-1], found
 
 
 @attrs.frozen
