@@ -80,14 +80,16 @@ class Plan:
         cases, all_cases = self.load_cases
         route = scene.reduction.method
         found = [
-            Item("pre-stress", False, "a constant tension is in equilibrium with its supports"),
+            self._state_item(),
             self._bending_item(),
             _mirror_item(chosen.mirrors),
             Item(
                 f"{scene.modes.highest} lowest modes", True,
                 "no mode beyond them but the partners of near ones",
             ),
-            Item("quadratic tensor", False, "a flat film without load does not tell its sides"),
+            Item("quadratic tensor", False, "a flat film without load does not tell its sides")
+            if scene.load is None
+            else Item("quadratic tensor", True, ""),
             Item(
                 f"cubic tensor by {route}: {cases} static solutions", True,
                 "" if cases == all_cases
@@ -101,6 +103,14 @@ class Plan:
         if scene.reduction.in_plane == "fixed":
             found.append(Item("in-plane equilibrium", False, "reduction.in_plane is fixed"))
         return found
+
+    def _state_item(self) -> Item:
+        scene = self.scene
+        if scene.load is not None:
+            return Item("static state under load", True, "the model is expanded about it")
+        if "free" in scene.supports.values():
+            return Item("pre-stress", True, "it relaxes where the tension pulls at a free edge")
+        return Item("pre-stress", False, "a constant tension is in equilibrium with its supports")
 
     def _bending_item(self) -> Item:
         if self.bending_effect is None:
@@ -141,7 +151,7 @@ def _mirror_item(mirrors: Mirrors) -> Item:
     part = {2: "half", 4: "three quarters"}[mirrors.copies]
     return Item(
         f"{part} of the film", False,
-        f"it is its own mirror image in {' and '.join(mirrors.axes)}; products of odd parity vanish",
+        f"its own mirror image in {' and '.join(mirrors.axes)}; products of odd parity vanish",
     )
 
 

@@ -13,9 +13,7 @@ from nanorom.fem import film as films
 from nanorom.fem.film import Film
 from nanorom.fem.plate import Plate
 from nanorom.load import VACUUM_PERMITTIVITY, Load
-from nanorom.scene import Rectangle, Scene
-
-UNSTRESSED = 1e-12  # of the tension; a stress below it at a free edge is round-off
+from nanorom.scene import Scene
 
 
 @attrs.frozen
@@ -47,22 +45,6 @@ class StaticState:
     plate: Plate
     deflection: np.ndarray | None = None
     tension: float | None = None
-
-
-def is_needed(scene: Scene, kinds: dict[str, str]) -> bool:
-    """Whether the film is not flat under a tension that is in equilibrium as it is.
-
-    kinds : of support, by boundary curve.
-    """
-    if scene.load is not None:
-        return True
-    free = [name for name, kind in kinds.items() if kind == "free"]
-    if not isinstance(scene.geometry, Rectangle):
-        return bool(free) and max(abs(scene.tension.x), abs(scene.tension.y)) > 0
-    across = {"left": "x", "right": "x", "bottom": "y", "top": "y"}
-    largest = max(abs(scene.tension.x), abs(scene.tension.y))
-    pulls = [abs(getattr(scene.tension, across[side])) for side in free if side in across]
-    return max(pulls, default=0.0) > UNSTRESSED * largest
 
 
 def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
