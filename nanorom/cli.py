@@ -125,6 +125,27 @@ def _parser() -> argparse.ArgumentParser:
         "-o", "--output", type=Path, required=True, metavar="RESPONSE", help="response.h5"
     )
 
+    sub = command("export", _export, "Hand a reduced model to AUTO-07p, MATLAB or a table.")
+    sub.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
+    sub.add_argument("--to", required=True, choices=("auto", "matlab", "csv"), help="for whom")
+    sub.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="TARGET",
+        help="directory (auto) or file (default: beside ROM)",
+    )
+    group = sub.add_argument_group("what AUTO follows (default: what the model's scene says)")
+    group.add_argument(
+        "--sweep", type=Path, metavar="SWEEP", help="TOML with [drive], [sweep] and [damping]"
+    )
+    group.add_argument("--level", type=int, default=1, help="which of its drive levels, from 1")
+    group.add_argument(
+        "--omega", nargs=2, metavar=("FROM", "TO"), help='drive frequencies ("0.8 f1", "20 MHz")'
+    )
+    group.add_argument("--direct", metavar="LEVEL", help='direct drive ("5 Pa")')
+    group.add_argument("--parametric", metavar="LEVEL", help='parametric drive ("5 mN/m")')
+
     sub = command("plot", _plot, "Draw a rom.h5 (mode gallery) or a response.h5.")
     sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
     sub.add_argument(
@@ -140,7 +161,11 @@ def _parser() -> argparse.ArgumentParser:
         what.add_argument(f"--{name}", dest="what", action="store_const", const=name, help=text)
     sub.add_argument("--quick", action="store_true", help="a few cases of each kind only")
     sub.add_argument(
-        "-o", "--output", type=Path, default=Path("results/bench"), metavar="DIR",
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("results/bench"),
+        metavar="DIR",
         help="where tables and pictures go (default: results/bench)",
     )
     return parser
@@ -252,6 +277,26 @@ def _respond(options: argparse.Namespace) -> None:
             processes=None,
         )
     response.save(options.output)
+
+
+def _export(options: argparse.Namespace) -> None:
+    from nanorom import export
+    from nanorom.excitation import Excitation
+    from nanorom.rom import ReducedModel
+
+    suffix = {"auto": ".auto", "matlab": ".mat", "csv": ".csv"}[options.to]
+    excitation = None if options.sweep is None else Excitation.from_file(options.sweep)
+    written = export.export_model(
+        ReducedModel.load(options.model),
+        options.to,
+        options.output or options.model.with_suffix(suffix),
+        excitation,
+        level=options.level,
+        omega=options.omega and tuple(_number(end) for end in options.omega),
+        direct=_number(options.direct),
+        parametric=_number(options.parametric),
+    )
+    print(written)
 
 
 def _plot(options: argparse.Namespace) -> None:

@@ -19,8 +19,11 @@ from typing import Any
 import numpy as np
 
 from nanorom.continuation.system import Array, ModalSystem, symmetrise_cubic, symmetrise_quadratic
-from nanorom.errors import FileError
+from nanorom.errors import FileError, SceneError
+from nanorom.excitation import Damping, Drive, Excitation, Sweep
 from nanorom.files import atomic_path
+from nanorom.rom import ReducedModel
+from nanorom.scene import Scene
 
 FORMATS = ("auto", "matlab", "csv")
 
@@ -63,6 +66,72 @@ def export(
     except OSError as error:
         raise FileError(f"export: cannot write {path}: {error.strerror}") from None
     return path
+
+
+def export_model(
+    model: ReducedModel,
+    to: str,
+    target: str | os.PathLike[str],
+    excitation: Excitation | None = None,
+    *,
+    level: int = 1,
+    omega: tuple[str | float, str | float] | None = None,
+    direct: str | float | None = None,
+    parametric: str | float | None = None,
+) -> Path:
+    """Write a reduced model for another program and return the path written.
+
+    Parameters
+    ----------
+    model, to, target : as for `export`
+    excitation : drive, sweep and damping; those of the model's scene if left out
+    level : which of the drive levels AUTO gets, from 1
+    omega : ends of AUTO's range as in a scene, "0.8 f1" or "20 MHz", instead of the sweep's
+    direct, parametric : "5 Pa" and "5 mN/m", instead of the drive's
+
+    Raises
+    ------
+    FileError, SceneError, ContinuationError
+        for a target, a level or a model that does not do.
+    """
+    drive, sweep, damping = _excitation_of(model, excitation)
+    if damping is not None:
+        model = model.with_damping(damping)
+    if direct is not None or parametric is not None:
+        drive = Drive(
+            direct or 0.0,
+            parametric or 0.0,
+            drive.direct_pattern if drive else "pressure",
+            drive.parametric_pattern if drive else "tension",
+        )
+        level = 1
+    if omega is not None:
+        sweep = Sweep(*omega)
+    drive = drive or Drive(1.0)
+    if not 1 <= level <= len(drive.levels):
+        raise FileError(f"level: found {level}; the drive has levels 1 to {len(drive.levels)}")
+    ends = sweep.hertz(float(model.frequency[0])) if sweep else None
+    chosen = drive.levels[level - 1]
+    return export(
+        model.system(drive.direct_pattern, drive.parametric_pattern, damped=to == "auto"),
+        to,
+        target,
+        omega=ends and (2 * np.pi * ends[0], 2 * np.pi * ends[1]),
+        direct=chosen[0],
+        parametric=chosen[1],
+    )
+
+
+def _excitation_of(
+    model: ReducedModel, given: Excitation | None
+) -> tuple[Drive | None, Sweep | None, Damping | None]:
+    if given is not None:
+        return given.drive, given.sweep, given.damping
+    try:
+        scene = Scene.from_toml(model.scene)
+    except SceneError:  # a model need not come from a scene
+        return None, None, None
+    return scene.drive, scene.sweep, None  # its damping is in the model
 
 
 def monomials(tensor: Array) -> list[tuple[tuple[int, ...], Array]]:

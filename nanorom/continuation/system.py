@@ -84,6 +84,8 @@ class ModalSystem:
     cubic_damping : (L, L, L, L), optional
         D[r, j, k, l]; the force on mode r is sum_jkl D[r, j, k, l] q_l d(q_j q_k)/dt. Kelvin-Voigt:
         D = tau B.
+    damped : bool, optional
+        False lets C be zero, for what needs no damping: backbones, exports, free vibration.
 
     Raises
     ------
@@ -110,6 +112,7 @@ class ModalSystem:
         direct: object = None,
         parametric: object = None,
         cubic_damping: object = None,
+        damped: bool = True,
     ) -> None:
         if stiffness is None:
             raise ContinuationError("stiffness: missing; give K as an (L, L) array")
@@ -133,6 +136,8 @@ class ModalSystem:
             else _array(cubic_damping, shape4, "cubic_damping"),
         )
         self._check()
+        if damped:
+            self._check_damping()
 
     @staticmethod
     def _size(*candidates: object) -> int:
@@ -152,11 +157,13 @@ class ModalSystem:
                 "stiffness: a natural frequency is zero, imaginary or complex; "
                 "expand about a stable equilibrium"
             )
+
+    def _check_damping(self) -> None:
         losses = np.linalg.solve(self.mass, self.damping)
         if np.diag(losses).min() <= 0 or np.linalg.eigvals(losses).real.min() <= 0:
             raise ContinuationError(
                 "damping: zero or negative for at least one mode; "
-                "a steady response needs every mode damped"
+                "a steady response needs every mode damped (a quality factor, say)"
             )
 
     def natural_frequencies_squared(self) -> Array:
@@ -175,6 +182,8 @@ class ModalSystem:
         for name, level in (("direct", direct), ("parametric", parametric)):
             if not np.isfinite(level):
                 raise ContinuationError(f"{name}: drive level {level} is not a finite number")
+        if direct or parametric:
+            self._check_damping()
         frequency = float(np.sqrt(self.natural_frequencies_squared()[0]))
         inverse = np.linalg.inv(self.mass)
 
