@@ -156,7 +156,8 @@ class _Class:
         lowest = {(0, 0): 0, (1, 0): 1, (0, 1): 1, (1, 1): 2}[parity]  # in x, p decides
         self.harmonics = range(lowest, HARMONICS, 2)
         theta = _angles()
-        self.weights = (radial.weights[:, None] * np.full(ANGLES, 2 * np.pi / ANGLES)).ravel()
+        weights = 4 * 2 * np.pi / ANGLES * radial.weights  # over the first quadrant, four times
+        self.weights = np.repeat(weights, ANGLES // 4)
         parts = []
         for p in self.harmonics:
             turn, across = np.cos(p * theta), -p * np.sin(p * theta)
@@ -183,7 +184,8 @@ class _Class:
         return [np.tensordot(scaled, part, 1) for part in (self.first, self.over_r)]
 
     def _gram(self, functions: Array) -> Array:
-        flat = functions.reshape(len(functions), -1)
+        """Integrals of products: of one parity, so that one quadrant tells all."""
+        flat = functions[..., : ANGLES // 4].reshape(len(functions), -1)
         return np.asarray((flat * self.weights) @ flat.T)
 
     def _peak(self, coefficients: Array) -> float:
@@ -236,7 +238,8 @@ def jacobi_derivative(n: Array, a: float, b: float, x: Array, order: int) -> Arr
 
 
 def _angles() -> Array:
-    return 2 * np.pi * np.arange(ANGLES) / ANGLES
+    """Midpoints: a quarter of them is a quadrant."""
+    return 2 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES
 
 
 # -- cubic tensor ---------------------------------------------------------------------------------
