@@ -73,6 +73,15 @@ def curve_cells(
     return nodes
 
 
+def folded(places: np.ndarray, order: int) -> int:
+    """How many cells with nodes (c, n, 2) fold over: their map turns round somewhere inside."""
+    points = reference_nodes(order)[:, 1:]
+    basis = np.asarray(reference_element(order, equispaced=True).tabulate(1, points))
+    slopes = np.einsum("kqn,cnd->cqdk", basis.reshape(3, len(points), -1)[1:], places)
+    turns = np.sign(np.linalg.det(slopes))
+    return int(np.sum((turns != turns[:, :1]).any(axis=1)))
+
+
 def polar_cells(corners: np.ndarray, order: int) -> np.ndarray:
     """Node coordinates (c, n, 2) of cells that are triangles in radius and angle."""
     barycentric = reference_nodes(order)

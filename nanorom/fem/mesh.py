@@ -213,7 +213,18 @@ def _from_geometry(gmsh: Any, file: Path, order: int, grading: Grading | None) -
         places[ring] = curved.polar_cells(corners[ring], order)
     nodes = np.empty((n_nodes, 2))
     nodes[cells] = places
+    _check_maps(places, order, file)
     return MeshData(nodes, cells, order, facets)
+
+
+def _check_maps(places: np.ndarray, order: int, file: Path) -> None:
+    """Refuse curved cells that fold over; straight ones were checked before."""
+    folded = curved.folded(places, order)
+    if folded:
+        raise MeshError(
+            f"{file}: {folded} of {len(places)} curved cells fold over; make the cells smaller "
+            "where the boundary is curved"
+        )
 
 
 def _edge_curves(
@@ -261,6 +272,7 @@ def _from_mesh(gmsh: Any, file: Path) -> MeshData:
     cells = node[np.reshape(node_lists[0], (-1, n_nodes)).astype(np.int64)]
     cells = cells[:, distance.argmin(axis=1)]
     _check(points, cells[:, :3], file)
+    _check_maps(points[cells], int(order), file)
     edges = {tag: _elements(gmsh, 1, node, tag) for _, tag in gmsh.model.getEntities(1)}
     return MeshData(points, cells, int(order), _named(gmsh, edges))
 

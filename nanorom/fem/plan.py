@@ -115,7 +115,7 @@ class Plan:
     def _bending_item(self) -> Item:
         if self.bending_effect is None:
             if self.bending:
-                return Item("bending", True, "there is not tension in both directions to compare it with")
+                return Item("bending", True, "no tension in one direction, to compare it with")
             return Item("bending", False, "the scene's model is membrane")
         effect = f"a bound on its effect is {self.bending_effect:.1e}"
         if self.scene.plate.model != "auto":

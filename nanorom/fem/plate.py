@@ -135,7 +135,7 @@ class Plate:
     @property
     def stretching_degree(self) -> int:
         """Quadrature degree for products of four slopes; beyond 2 k + 2 nothing is gained."""
-        return min(4 * (self.degree - 1), 2 * self.degree + 2)
+        return max(2 * self.degree, min(4 * (self.degree - 1), 2 * self.degree + 2))
 
     def stretching_energy(self, u: Any, w: Any) -> Any:
         """1/2 int E:C:E, quadratic in u and quartic in w."""

@@ -7,6 +7,7 @@ import pytest
 from nanorom.errors import SceneError
 from nanorom.fem import reduce_scene
 from nanorom.fem.plan import Plan
+from nanorom.fem.step import StaticCases, coefficients, load_cases
 from nanorom.scene import (
     Accuracy,
     Material,
@@ -20,8 +21,6 @@ from nanorom.scene import (
 )
 from tests.fem.exact import drum, paper_drum
 from tests.fem.test_drum import solved_modes
-
-from nanorom.fem.step import StaticCases, coefficients, load_cases
 
 NOISE = 1e-9  # relative, of forces that vanish by symmetry
 
