@@ -236,8 +236,7 @@ def _edge_curves(
             continue
         t = spans[:, :1] + (spans[:, 1:] - spans[:, :1]) * curved.edge_fractions(order)
         curve = np.reshape(gmsh.model.getValue(1, tag, t.ravel()), (len(pairs), order - 1, 3))
-        for (i, j), places in zip(pairs.tolist(), curve[:, :, :2]):
-            yield (i, j), places
+        yield from zip(map(tuple, pairs.tolist()), curve[:, :, :2])
 
 
 def _by_cell(

@@ -4,7 +4,6 @@ import attrs
 import numpy as np
 import pytest
 
-from nanorom.errors import SceneError
 from nanorom.fem import reduce_scene
 from nanorom.fem.plan import Plan
 from nanorom.fem.step import StaticCases, coefficients, load_cases
