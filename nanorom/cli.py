@@ -146,6 +146,18 @@ def _parser() -> argparse.ArgumentParser:
     group.add_argument("--direct", metavar="LEVEL", help='direct drive ("5 Pa")')
     group.add_argument("--parametric", metavar="LEVEL", help='parametric drive ("5 mN/m")')
 
+    sub = command("identify", _identify, "Find tension and Young's modulus from resonances.")
+    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML), a first guess")
+    sub.add_argument("measured", type=Path, metavar="MEASURED", help="CSV: frequency, label, ...")
+    sub.add_argument(
+        "--unknowns",
+        metavar="NAMES",
+        help="of tension, tension_x, tension_y, youngs_modulus, density (comma-separated)",
+    )
+    sub.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and resonances.png"
+    )
+
     sub = command("plot", _plot, "Draw a rom.h5 (mode gallery) or a response.h5.")
     sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
     sub.add_argument(
@@ -227,7 +239,7 @@ def _run(options: argparse.Namespace) -> None:
 
     scene = _scene(options)
     with _progress() as progress:
-        summary = run(scene, options.output, progress, processes=None)
+        summary = run(scene, options.output, progress)
     if summary is not None and mpi_rank() == 0:
         total = sum(summary["seconds"].values())
         print(f"results in {options.output} after {total:.1f} s")
@@ -268,15 +280,14 @@ def _respond(options: argparse.Namespace) -> None:
     excitation = Excitation.from_file(options.sweep)
     model = ReducedModel.load(options.model)
     with _progress() as progress:
-        response = respond(
+        respond(
             model,
             excitation.drive,
             excitation.sweep,
             excitation.damping,
             progress,
-            processes=None,
+            path=options.output,
         )
-    response.save(options.output)
 
 
 def _export(options: argparse.Namespace) -> None:
@@ -284,6 +295,7 @@ def _export(options: argparse.Namespace) -> None:
     from nanorom.excitation import Excitation
     from nanorom.rom import ReducedModel
 
+    omega: Any = options.omega and [_number(end) for end in options.omega]
     suffix = {"auto": ".auto", "matlab": ".mat", "csv": ".csv"}[options.to]
     excitation = None if options.sweep is None else Excitation.from_file(options.sweep)
     written = export.export_model(
@@ -292,11 +304,33 @@ def _export(options: argparse.Namespace) -> None:
         options.output or options.model.with_suffix(suffix),
         excitation,
         level=options.level,
-        omega=options.omega and tuple(_number(end) for end in options.omega),
+        omega=omega,
         direct=_number(options.direct),
         parametric=_number(options.parametric),
     )
     print(written)
+
+
+def _identify(options: argparse.Namespace) -> None:
+    from nanorom import report
+    from nanorom.files import check_directory, make_directory
+    from nanorom.identify import USUAL, identify
+    from nanorom.measured import Resonances
+    from nanorom.scene import Scene
+
+    if options.output is not None:
+        check_directory(options.output)
+    scene = Scene.from_file(options.scene)
+    measured = Resonances.from_file(options.measured)
+    unknowns = USUAL if options.unknowns is None else options.unknowns.split(",")
+    found = identify(scene, measured, unknowns)
+    print(report.identification_text(found))
+    if options.output is not None:
+        from nanorom.plots import resonance_figure
+
+        make_directory(options.output)
+        found.save_scene(options.output / "identified.toml")
+        resonance_figure(found, options.output / "resonances.png")
 
 
 def _plot(options: argparse.Namespace) -> None:

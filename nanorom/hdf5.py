@@ -25,7 +25,14 @@ MOST_NUMBERS = 200_000_000  # entries of one dataset; a longer one is not read
 @contextmanager
 def create(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     """A new file of a nanorom format, written whole or not at all; raises FileError."""
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+    with atomic_path(path) as temporary, new(temporary, kind, version) as file:
+        yield file
+
+
+@contextmanager
+def new(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+    """A new file of a nanorom format."""
+    with h5py.File(path, "w") as file:
         file.attrs.update(format=kind, format_version=version, nanorom_version=nanorom.__version__)
         yield file
 

@@ -11,6 +11,7 @@ from nanorom.excitation import DIRECT_PATTERNS, PARAMETRIC_PATTERNS
 from nanorom.rom import ReducedModel
 
 if TYPE_CHECKING:
+    from nanorom.identify import Identification
     from nanorom.response import Response
 
 
@@ -75,8 +76,36 @@ def response_text(response: Response) -> str:
             zip(response.drive.levels, response.diagrams), 1
         )
     ]
+    if response.unfinished:
+        levels.append(("to do", f"{response.unfinished} levels; the same command goes on"))
     text = _list(levels)
     return f"{text}\n\n{_table([head, units, *rows])}" if rows else text
+
+
+def identification_text(found: Identification) -> str:
+    """What the measured resonances tell of a film, and how well they are fitted."""
+    from nanorom.identify import CONFIDENCE, UNITS
+
+    values = [
+        (name, f"{value:.6g}", _interval(found.interval[name]), UNITS[name])
+        for name, value in found.value.items()
+    ]
+    lines = [
+        (label, f"{measured:.9e}", f"{fitted:.9e}", f"{100 * difference:+.4f}")
+        for label, measured, fitted, difference in zip(
+            found.label, found.measured.frequency, found.fitted, found.difference
+        )
+    ]
+    facts = [
+        ("differences", f"{100 * found.noise:.3g} % (standard deviation)"),
+        ("evaluations", str(found.evaluations)),
+    ]
+    parts = [
+        _table([("found", "value", f"+- ({CONFIDENCE:.0%})", "unit"), *values]),
+        _table([("mode", "measured", "fitted", "difference"), ("", "Hz", "Hz", "%"), *lines]),
+        _list(facts),
+    ]
+    return "\n\n".join(parts)
 
 
 def of_model(model: ReducedModel) -> dict[str, Any]:
@@ -135,6 +164,10 @@ def _quality(model: ReducedModel, r: int) -> str:
     if damping == 0:
         return "-"
     return f"{model.mass[r] * 2 * np.pi * model.frequency[r] / damping:.6g}"
+
+
+def _interval(width: float) -> str:
+    return f"{width:.2g}" if np.isfinite(width) else "unknown"
 
 
 def _patterns(names: Iterable[str], units: dict[str, str]) -> str:

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.continuation import Diagram, explore_levels
+from nanorom.continuation import Diagram, explore_each
 from nanorom.excitation import Damping, Drive, Sweep
 from nanorom.rom import ReducedModel
 
@@ -29,7 +29,8 @@ class Response:
     """The response diagrams of one model, one per drive level.
 
     diagrams: omega in rad/s, amplitudes (n, L) in m; drive: the levels; frequency: (L,) natural
-    frequencies in Hz; label: mode names.
+    frequencies in Hz; label: mode names. Read from the file of a run that has not ended, it holds
+    the levels finished so far, and ``unfinished`` counts the others.
     """
 
     diagrams: tuple[Diagram, ...]
@@ -37,6 +38,7 @@ class Response:
     sweep: Sweep
     frequency: NDArray[np.float64]
     label: tuple[str, ...]
+    unfinished: int = 0
 
     def save(self, path: str | Path) -> None:
         """Write `response.h5`, whole or not at all; raises FileError."""
@@ -58,7 +60,8 @@ def respond(
     sweep: Sweep,
     damping: Damping | None = None,
     progress: Progress | None = None,
-    processes: int | None = 1,
+    processes: int | None = None,
+    path: str | Path | None = None,
 ) -> Response:
     """Follow the periodic response over a frequency range at every drive level.
 
@@ -67,14 +70,18 @@ def respond(
     model : reduced model; its own damping is used unless ``damping`` is given.
     drive, sweep : levels and range, as in a scene.
     progress : called as progress("drive levels", done, total) after every level.
-    processes : how many levels are followed at once, None for one per core. A script that asks
-        for more than one must keep its own work under ``if __name__ == "__main__"``.
+    processes : how many levels are followed at once, None for one per core.
+    path : `response.h5`, to which every level is saved as it is finished. Levels that an
+        interrupted run with the same model and excitation left there are not computed again.
 
     Raises
     ------
-    ContinuationError, ModelError, SceneError
-        If a branch cannot be followed, a drive pattern is missing, or the range is empty.
+    ContinuationError, ModelError, SceneError, FileError
+        If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
+        cannot be written.
     """
+    from nanorom import responsefile
+
     if damping is not None:
         model = model.with_damping(damping)
     system = model.system(drive.direct_pattern, drive.parametric_pattern)
@@ -83,16 +90,23 @@ def respond(
     options: dict[str, Any] = {"depth": sweep.depth, "tolerance": sweep.tolerance}
     options = {name: value for name, value in options.items() if value is not None}
 
-    def report(done: int, total: int) -> None:
-        if progress is not None:
-            progress("drive levels", done, total)
-
-    report(0, len(drive.levels))
-    diagrams = explore_levels(system, omega, drive.levels, processes, report, **options)
-    return Response(
-        diagrams=tuple(diagrams),
-        drive=drive,
-        sweep=sweep,
-        frequency=model.frequency,
-        label=model.label,
+    empty = Response(
+        diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
     )
+    key = responsefile.key_of(system, omega, options)
+    found = {} if path is None else responsefile.resume(path, empty, key)
+    total = len(drive.levels)
+    missing = [number for number in range(total) if number not in found]
+
+    def report() -> None:
+        if progress is not None:
+            progress("drive levels", len(found), total)
+
+    report()
+    levels = [drive.levels[number] for number in missing]
+    for place, diagram in explore_each(system, omega, levels, processes, **options):
+        found[missing[place]] = diagram
+        if path is not None:
+            responsefile.add(path, empty, key, missing[place], diagram)
+        report()
+    return attrs.evolve(empty, diagrams=tuple(found[number] for number in range(total)))

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
+import shutil
 from pathlib import Path
 from typing import Any
 
+import attrs
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+import nanorom
 from nanorom import hdf5
-from nanorom.continuation import Branch, Diagram, SpecialPoint
+from nanorom.continuation import Branch, Diagram, ModalSystem, SpecialPoint
 from nanorom.errors import FileError
-from nanorom.excitation import Excitation
+from nanorom.excitation import Drive, Excitation
+from nanorom.files import atomic_path
 from nanorom.response import SPECIAL_POINTS, Response
 from nanorom.validation import parse_toml
 
@@ -20,16 +25,13 @@ FORMAT = "nanorom-response"
 FORMAT_VERSION = 1
 NONE = -1  # index of a parent or an origin that there is not
 MOST_BRANCHES = 10_000
+KEY = "key"  # attribute: what the levels were computed from, so that a run can go on
 
 
 def save(response: Response, path: str | Path) -> None:
     """Write the response, whole or not at all; raises FileError."""
     with hdf5.create(path, FORMAT, FORMAT_VERSION) as file:
-        excitation = Excitation(drive=response.drive, sweep=response.sweep)
-        file.attrs["excitation"] = excitation.to_toml()
-        file["frequency"] = response.frequency
-        file["frequency"].attrs["unit"] = "Hz"
-        hdf5.write_names(file, "label", response.label)
+        _write_head(file, response)
         for number, diagram in enumerate(response.diagrams):
             _write_diagram(file.create_group(f"level/{number}"), diagram)
 
@@ -37,19 +39,98 @@ def save(response: Response, path: str | Path) -> None:
 def load(path: str | Path) -> Response:
     """Read a response; raises FileError naming the file and what is wrong with it."""
     with hdf5.opened(path, FORMAT, FORMAT_VERSION) as file:
-        excitation = Excitation.from_dict(parse_toml(hdf5.text(file.attrs["excitation"])))
-        frequency = hdf5.read(file, "frequency", (None,))
-        count = len(excitation.drive.levels)
-        return Response(
-            diagrams=tuple(
-                _read_diagram(hdf5.group(file, f"level/{number}"), len(frequency))
-                for number in range(count)
-            ),
-            drive=excitation.drive,
-            sweep=excitation.sweep,
-            frequency=frequency,
-            label=hdf5.read_names(file, "label", len(frequency)),
+        response, total = _read_head(file)
+        levels = hdf5.group(file, "level")
+        done = [number for number in range(total) if str(number) in levels]
+        # a run that was interrupted says what it is the beginning of
+        if len(done) < total and KEY not in file.attrs or not done:
+            raise FileError(f"level/{min(set(range(total)) - set(done))}: missing")
+        size = len(response.frequency)
+        drive = response.drive
+        return attrs.evolve(
+            response,
+            diagrams=tuple(_read_diagram(hdf5.group(file, f"level/{n}"), size) for n in done),
+            drive=drive if len(done) == total else _some_levels(drive, done),
+            unfinished=total - len(done),
         )
+
+
+def key_of(system: ModalSystem, omega: tuple[float, float], options: dict[str, Any]) -> str:
+    """What a response depends on beside its levels, as a digest."""
+    digest = hashlib.sha256(repr((nanorom.__version__, omega, sorted(options.items()))).encode())
+    for field in attrs.fields(ModalSystem):
+        digest.update(np.ascontiguousarray(getattr(system, field.name)).tobytes())
+    return digest.hexdigest()
+
+
+def resume(path: str | Path, response: Response, key: str) -> dict[int, Diagram]:
+    """Diagrams that a run of the same key and levels left in a file, by number of the level."""
+    try:
+        with hdf5.opened(path, FORMAT, FORMAT_VERSION) as file:
+            if not _continues(file, response, key):
+                return {}
+            levels, size = hdf5.group(file, "level"), len(response.frequency)
+            return {int(n): _read_diagram(hdf5.group(levels, n), size) for n in levels}
+    except FileError:  # nothing to continue; it is replaced as any earlier result
+        return {}
+
+
+def add(path: str | Path, response: Response, key: str, number: int, diagram: Diagram) -> None:
+    """Save one more level; until it is whole, the file stays as it was. Raises FileError."""
+    with atomic_path(path) as temporary:
+        if _can_grow(path, response, key):
+            shutil.copyfile(path, temporary)
+            with h5py.File(temporary, "r+") as file:
+                _write_diagram(file.create_group(f"level/{number}"), diagram)
+        else:
+            with hdf5.new(temporary, FORMAT, FORMAT_VERSION) as file:
+                _write_head(file, response)
+                file.attrs[KEY] = key
+                _write_diagram(file.create_group(f"level/{number}"), diagram)
+
+
+def _can_grow(path: str | Path, response: Response, key: str) -> bool:
+    try:
+        with hdf5.opened(path, FORMAT, FORMAT_VERSION) as file:
+            return _continues(file, response, key)
+    except FileError:
+        return False
+
+
+def _continues(file: h5py.File, response: Response, key: str) -> bool:
+    same = hdf5.text(file.attrs.get(KEY, "")) == key
+    return same and hdf5.text(file.attrs["excitation"]) == _excitation(response)
+
+
+def _excitation(response: Response) -> str:
+    return Excitation(drive=response.drive, sweep=response.sweep).to_toml()
+
+
+def _some_levels(drive: Drive, numbers: list[int]) -> Drive:
+    direct, parametric = zip(*(drive.levels[number] for number in numbers))
+    return attrs.evolve(drive, direct=direct, parametric=parametric)
+
+
+def _write_head(file: h5py.File, response: Response) -> None:
+    file.attrs["excitation"] = _excitation(response)
+    file["frequency"] = response.frequency
+    file["frequency"].attrs["unit"] = "Hz"
+    hdf5.write_names(file, "label", response.label)
+    file.create_group("level")
+
+
+def _read_head(file: h5py.File) -> tuple[Response, int]:
+    """A response without its diagrams, and how many levels it has when it is complete."""
+    excitation = Excitation.from_dict(parse_toml(hdf5.text(file.attrs["excitation"])))
+    frequency = hdf5.read(file, "frequency", (None,))
+    response = Response(
+        diagrams=(),
+        drive=excitation.drive,
+        sweep=excitation.sweep,
+        frequency=frequency,
+        label=hdf5.read_names(file, "label", len(frequency)),
+    )
+    return response, len(excitation.drive.levels)
 
 
 def _write_diagram(level: h5py.Group, diagram: Diagram) -> None:

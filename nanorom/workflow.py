@@ -59,7 +59,7 @@ def run(
     scene: Scene,
     directory: str | Path,
     progress: Progress | None = None,
-    processes: int | None = 1,
+    processes: int | None = None,
 ) -> dict[str, Any] | None:
     """Do everything a scene asks for and leave the results in a directory.
 
@@ -85,9 +85,16 @@ def run(
     if scene.drive is not None and scene.sweep is not None:
         from nanorom.response import respond
 
-        response = respond(model, scene.drive, scene.sweep, scene.damping, progress, processes)
+        response = respond(
+            model,
+            scene.drive,
+            scene.sweep,
+            scene.damping,
+            progress,
+            processes,
+            path=directory / "response.h5",
+        )
         seconds["respond"] = time.perf_counter() - start
-        response.save(directory / "response.h5")
         summary |= report.of_response(response)
 
         start = time.perf_counter()

@@ -6,7 +6,7 @@ Periodic orbits, stability and bifurcations.
 from .backbone import Backbone, backbone
 from .diagram import Branch, Diagram, SpecialPoint
 from .explore import explore
-from .levels import explore_levels
+from .levels import explore_each, explore_levels
 from .locus import Locus, locus
 from .orbit import PeriodicOrbit
 from .states import State, states
@@ -25,6 +25,7 @@ __all__ = [
     "Sweep",
     "backbone",
     "explore",
+    "explore_each",
     "explore_levels",
     "locus",
     "states",

@@ -2,8 +2,10 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import warnings
 
 import h5py
@@ -185,6 +187,35 @@ def test_respond_uses_the_damping_of_the_sweep_file(tmp_path, rom, sweep):
         assert peak == pytest.approx(linear, rel=1e-2)
 
 
+def test_interrupted_response_goes_on_with_the_same_command(tmp_path, rom):
+    sweep = tmp_path / "sweep.toml"
+    levels = ", ".join(f'"{level} mPa"' for level in range(1, 9))
+    sweep.write_text(SWEEP.replace('"1 mPa", "2 mPa"', levels))
+    command = ["-m", "nanorom", "respond", rom, sweep, "-o"]
+    begun = subprocess.Popen([sys.executable, *map(str, command), str(tmp_path / "response.h5")])
+    deadline = time.monotonic() + LONGEST
+    while not (tmp_path / "response.h5").exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    begun.send_signal(signal.SIGINT)
+    assert begun.wait(LONGEST) == 130
+    part = Response.load(tmp_path / "response.h5")
+    assert 1 <= len(part.diagrams) < 8
+    assert part.unfinished == 8 - len(part.diagrams)
+    assert names(tmp_path) == ["response.h5", "rom.h5", "sweep.toml"]
+
+    assert python(*command, "response.h5", cwd=tmp_path).returncode == 0
+    assert python(*command, "whole.h5", cwd=tmp_path).returncode == 0
+    one, two = (Response.load(tmp_path / f"{name}.h5") for name in ("response", "whole"))
+    assert one.unfinished == 0
+    assert one.drive == two.drive
+    for a, b in zip(one.diagrams, two.diagrams, strict=True):
+        assert a.direct == b.direct
+        assert [p.omega for p in a.special_points] == [p.omega for p in b.special_points]
+        for c, d in zip(a.branches, b.branches, strict=True):
+            assert np.array_equal(c.omega, d.omega)
+            assert np.array_equal(c.multipliers, d.multipliers)
+
+
 def test_plot_draws_a_model_and_a_response_beside_the_file(tmp_path, rom, sweep, capsys):
     response = tmp_path / "response.h5"
     assert main(["respond", str(rom), str(sweep), "-o", str(response)]) == 0
@@ -277,7 +308,7 @@ def test_bad_input_is_one_line_before_any_work(
         raise AssertionError("the reduction has started")
 
     monkeypatch.setattr("nanorom.workflow.reduce", too_late)
-    monkeypatch.setattr("nanorom.response.explore_levels", too_late)
+    monkeypatch.setattr("nanorom.response.explore_each", too_late)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.toml").write_text(drum_toml.replace("10 nm", "-10 nm"))
     (tmp_path / "many.toml").write_text(SWEEP.replace("= 50", "= [1, 2, 3]"))

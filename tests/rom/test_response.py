@@ -2,6 +2,7 @@ import h5py
 import numpy as np
 import pytest
 
+from nanorom.continuation import explore_each
 from nanorom.errors import FileError, ModelError, SceneError
 from nanorom.excitation import Damping, Drive, Sweep
 from nanorom.response import Response, respond
@@ -109,6 +110,31 @@ def test_round_trip_is_exact_to_the_last_bit(tmp_path, response):
                 assert np.array_equal(getattr(p, name), getattr(q, name)), name
 
 
+def test_levels_in_a_file_are_not_computed_again(tmp_path, duffing, monkeypatch):
+    path, sweep = tmp_path / "response.h5", Sweep("0.9 f1", "1.1 f1")
+    whole = respond(duffing, Drive([2e-3, 4e-3, 6e-3]), sweep, path=path)
+    with h5py.File(path, "r+") as file:
+        del file["level/1"]
+    assert Response.load(path).drive.direct == (2e-3, 6e-3)
+    asked = []
+
+    def counted(system, omega, levels, *others, **options):
+        asked.extend(levels)
+        return explore_each(system, omega, levels, *others, **options)
+
+    monkeypatch.setattr("nanorom.response.explore_each", counted)
+    again = respond(duffing, Drive([2e-3, 4e-3, 6e-3]), sweep, path=path)
+    assert asked == [(4e-3, 0.0)]
+    for a, b in zip(whole.diagrams, again.diagrams, strict=True):
+        assert np.array_equal(a.branches[0].omega, b.branches[0].omega)
+    # another question is another result
+    respond(duffing, Drive([2e-3]), sweep, path=path)
+    respond(duffing, Drive([2e-3]), sweep, Damping(50), path=path)
+    respond(duffing, Drive([2e-3]), Sweep("0.9 f1", "1.11 f1"), path=path)
+    assert asked[1:] == [(2e-3, 0.0)] * 3
+    assert len(Response.load(path).diagrams) == 1
+
+
 def remove(name):
     return lambda file: file.__delitem__(name)
 
@@ -124,7 +150,7 @@ def assign(name, value):
 @pytest.mark.parametrize(
     ("damage", "message"),
     [
-        (remove("level"), "level/0: missing"),
+        (remove("level"), "level: missing"),
         (remove("level/1/branch/0/omega"), "omega: missing"),
         (assign("level/0/branch/0/omega", [np.nan]), "omega: contains NaN"),
         (assign("level/0/branch/0/amplitude", [[1.0]]), "amplitude: found shape"),
