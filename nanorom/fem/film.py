@@ -76,7 +76,7 @@ class Film:
     def embed(self, matrix: PETSc.Mat) -> PETSc.Mat:
         """A matrix of the plate's deflections as one of the film. Collective."""
         rows, columns = (s.dofmap.index_map for s in (self.plate.deflections, self.space))
-        sizes = (rows.size_local, rows.size_global), (3 * columns.size_local, 3 * columns.size_global)
+        sizes = [[n * m.size_local, n * m.size_global] for n, m in ((1, rows), (3, columns))]
         inject = PETSc.Mat().createAIJ(sizes, nnz=1, comm=self.plate.domain.comm)
         owned = np.arange(columns.size_local, dtype=np.int32)
         row = rows.local_to_global(self._node[owned].astype(np.int32))

@@ -100,7 +100,8 @@ def tensors(modes: Modes, in_plane: str = "free") -> Tensors:
 def _attraction_tensors(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     """int W''' phi^3 and int W'''' phi^4 of all modes, W the potential of the attraction."""
     plate, n = modes.plate, len(modes.parities)
-    third, fourth = np.zeros((n,) * 3), np.zeros((n,) * 4)
+    gate = plate.attraction
+    assert gate is not None
     j, k = np.triu_indices(n)
     pair = np.empty((n, n), dtype=int)
     pair[j, k] = pair[k, j] = np.arange(len(j))
@@ -109,9 +110,9 @@ def _attraction_tensors(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     if plate.shape is not None:
         shape[:, 0] = plate.shape.x.array
     for field in quadrature.fields(plate, columns=2 * len(j)):
-        height = plate.attraction.gap - field.value(shape)[..., 0]
+        height = gate.gap - field.value(shape)[..., 0]
         value = field.value(modes.shapes).reshape(-1, n)
-        weight = (plate.attraction.strength * field.weights).ravel()
+        weight = (gate.strength * field.weights).ravel()
         products = value[:, j] * value[:, k]
         height = height.ravel()[:, None]
         by_pair += (products * weight[:, None] * 3 / height**4).T @ value
@@ -119,4 +120,9 @@ def _attraction_tensors(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     comm, copies = plate.domain.comm, plate.mirrors.copies
     third = copies * comm.allreduce(by_pair)[pair]
     fourth = copies * comm.allreduce(by_two)[pair[:, :, None, None], pair[None, None]]
+    for tensor in (third, fourth):
+        # what is odd about a mirror vanishes on the whole film
+        for odd in np.array(modes.parities, dtype=int).reshape(n, -1).T:
+            total = sum(odd.reshape([-1] + [1] * axis) for axis in range(tensor.ndim))
+            tensor[total % 2 == 1] = 0.0
     return third, fourth

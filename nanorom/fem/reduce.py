@@ -189,7 +189,7 @@ def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> So
     if scene.load is not None or pulls_at_free_edge(plate):
         with watch.stage("static state"):
             static = state.solve(scene, units, plate)
-            layer = np.sqrt(scales.bending / max(static.tension, scales.bending))
+            layer = np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending))
             if 0 < layer < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
                 finer = discretisation.choose(scene, scales.length, float(layer), aim)
                 finer = attrs.evolve(finer, whole=chosen.whole)
@@ -354,7 +354,7 @@ def loaded_tensors(
 def on_triangulation(
     solution: Solution, scales: Scales
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Points, cells, shapes and, in SI, the static state on the film's triangulation. Collective."""
+    """Points, cells, shapes and, in SI, the static state on a triangulation. Collective."""
     static, modes = solution.static, solution.modes
     if static.tension is None:
         return *drawing.triangulation(modes), {}

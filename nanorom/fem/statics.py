@@ -333,15 +333,13 @@ def limit_point(
             raise SolverError(f"contact at load {p:g} before a limit point")
         if path.tangent[1] * step > 0:
             continue
-        travelled = path.product(
-            (x - before[0][0], p - before[0][1]), before[1]
-        )
+        travelled = path.product((x - before[0][0], p - before[0][1]), before[1])
         path.state, path.tangent = before
 
         def slope(length: float) -> float:
             found = path.at(length)
             if found is None:
-                raise SolverError(f"the limit point near load {p:g} cannot be resolved")
+                raise SolverError("a limit point cannot be resolved; refine the mesh")
             return float(path.tangent_at(found)[1])
 
         at = brentq(slope, 0.0, travelled, xtol=1e-8 * travelled, rtol=1e-8)

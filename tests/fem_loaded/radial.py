@@ -54,7 +54,11 @@ class Disc:
         self.a, self.b = np.zeros(count), np.zeros(count)
 
     def fields(self):
-        return np.tensordot(self.a, self.w_basis, (0, 1)), np.tensordot(self.b, self.u_basis, (0, 1))
+        return self._sum(self.a, self.w_basis), self._sum(self.b, self.u_basis)
+
+    @staticmethod
+    def _sum(coefficients, functions):
+        return np.tensordot(coefficients, functions, (0, 1))
 
     def strain(self):
         (_, w1, _), (u, u1, _) = self.fields()

@@ -71,7 +71,7 @@ def test_indentation_turns_from_linear_to_cubic():
 
 
 def test_hencky_limit_of_a_pressurised_membrane():
-    """w(0) (E h/(p R^4))^(1/3) tends to Hencky's 0.6490 (nu = 0.2... see below) as p grows.
+    """w(0) (E h/(p R^4))^(1/3) tends to Hencky's coefficient as p grows.
 
     Hencky's series (1915; corrected by Fichter 1997, NASA TP 3658): with
     w = (p R^4/(E h))^(1/3) sum a_2n (1 - (r/R)^(2n+2)), b0 solves the edge condition.
@@ -89,8 +89,8 @@ def test_hencky_limit_of_a_pressurised_membrane():
 def hencky(nu, terms=40):
     """Hencky's coefficient w(0) (E h/(p R^4))^(1/3), by his power series.
 
-    N_r = (p^2 R^2 E h)^(1/3)/4 sum b_2n rho^2n obeys rho^2 N^2 N'' + 3 rho N^2 N' = -8 rho^2 in that
-    scale; at the edge u = 0: (1 - nu) N + rho N' = 0.
+    N_r = (p^2 R^2 E h)^(1/3)/4 sum b_2n rho^2n obeys N^2 (rho N'' + 3 N') = -8 rho in that scale;
+    at the edge u = 0: (1 - nu) N + rho N' = 0.
     """
     from scipy.optimize import brentq
 

@@ -1,0 +1,134 @@
+"""Scenes with loads, relaxing stress and any shape, from the scene to the file of its model."""
+
+import numpy as np
+import pytest
+
+from nanorom.errors import SceneError, SolverError
+from nanorom.fem import reduce_scene
+from nanorom.fem.discretisation import MESHES
+from nanorom.load import VACUUM_PERMITTIVITY, Load
+from nanorom.rom import ReducedModel
+from nanorom.scene import (
+    Accuracy,
+    Disc,
+    Material,
+    MeshFile,
+    Modes,
+    Plate,
+    Reduction,
+    Scene,
+    Support,
+    Tension,
+)
+from tests.fem_loaded.radial import Disc as Reference
+
+SPECTRAL = 1e-6
+ROUTES = 1e-5  # of STEP at its amplitude
+RADIUS, THICKNESS, MODULUS, DENSITY, NU = 2.5e-6, 1e-8, 410e9, 2267.0, 0.16
+TENSION = 0.3
+UNIT = RADIUS * np.sqrt(TENSION / (MODULUS * THICKNESS))  # of deflection
+BENDING = MODULUS * THICKNESS**3 / (12 * (1 - NU**2)) / (TENSION * RADIUS**2)
+
+
+def drum(load, **changes):
+    given = {
+        "geometry": Disc(radius=RADIUS),
+        "plate": Plate(thickness=THICKNESS, model="plate"),
+        "material": Material(youngs_modulus=MODULUS, poisson_ratio=NU, density=DENSITY),
+        "tension": Tension.isotropic(TENSION),
+        "modes": Modes(count=3),
+        "load": load,
+    }
+    return Scene(**{**given, **changes})
+
+
+def test_pressurised_scene_matches_the_spectral_reference_in_si_units(tmp_path):
+    pressure = 2e5
+    model = reduce_scene(drum(Load(pressure=pressure)))
+    reference = Reference(1.0, BENDING, NU)
+    reference.solve(pressure * RADIUS**2 / (TENSION * UNIT))
+    assert model.static["centre_deflection"] == pytest.approx(
+        UNIT * reference.centre(), rel=SPECTRAL
+    )
+    assert UNIT * reference.centre() > 5 * THICKNESS
+    omega = np.sqrt(reference.eigenvalues(0, 1)[0] * TENSION / (DENSITY * THICKNESS)) / RADIUS
+    assert model.frequency[0] == pytest.approx(omega / (2 * np.pi), rel=SPECTRAL)
+    assert model.label == ("f01", "f11c", "f11s")
+    assert np.diag(model.stiffness) == pytest.approx(
+        model.mass * (2 * np.pi * model.frequency) ** 2, rel=1e-7
+    )
+    model.save(tmp_path / "rom.h5")
+    read = ReducedModel.load(tmp_path / "rom.h5")
+    assert read.static["deflection"] == pytest.approx(model.static["deflection"])
+    assert len(read.static["deflection"]) == len(read.shapes.points)
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        Load(pressure=3e4),
+        Load(force=2e-8, position=(5e-7, 3e-7), radius=2e-7),
+        Load(pressure=-1e3, voltage=1.0, gap=1e-7),
+    ],
+)
+def test_direct_and_step_give_one_model_of_a_loaded_scene(load):
+    accuracy = Accuracy(degree=5, mesh_size=RADIUS / 2)
+    direct = reduce_scene(drum(load, accuracy=accuracy))
+    stepped = reduce_scene(
+        drum(load, accuracy=accuracy, reduction=Reduction(method="step", amplitude="0.1 nm"))
+    )
+    assert stepped.frequency == pytest.approx(direct.frequency, rel=1e-9)
+    for name in ("quadratic", "cubic"):
+        exact = getattr(direct, name)
+        assert getattr(stepped, name) == pytest.approx(exact, abs=ROUTES * np.abs(exact).max())
+    assert stepped.diagnostics["asymmetry"] < ROUTES
+
+
+def test_voltage_beyond_pull_in_says_where_pull_in_is():
+    gap = 5e-9  # far below the unit of deflection: stretching is small
+    # V^2 eps0 R^2/(2 T g^3) = 0.7892 without bending and stretching, which both raise it
+    pull_in = np.sqrt(0.7892 * 2 * TENSION * gap**3 / (VACUUM_PERMITTIVITY * RADIUS**2))
+    with pytest.raises(SolverError, match="pulled in at") as told:
+        by_hand = Accuracy(degree=5, mesh_size=RADIUS / 2)
+        reduce_scene(drum(Load(voltage=3 * pull_in, gap=gap), accuracy=by_hand))
+    found = float(str(told.value).split("pulled in at ")[1].split()[0])
+    assert pull_in < found < 1.6 * pull_in
+
+
+@pytest.mark.parametrize("name, held", [("trampoline", "ends"), ("perforated", "edge")])
+def test_relaxing_films_of_any_shape_run_to_their_file(name, held, tmp_path):
+    scene = drum(
+        None,
+        geometry=MeshFile(file=MESHES / f"{name}.geo", scale=1e-4),
+        plate=Plate(thickness=1e-7),
+        tension=Tension.isotropic(50.0),
+        support=Support({held: "clamped"}),
+        accuracy=Accuracy(degree=4, mesh_size=1e-5),
+    )
+    model = reduce_scene(scene)
+    model.save(tmp_path / "rom.h5")
+    read = ReducedModel.load(tmp_path / "rom.h5")
+    assert np.all(read.frequency > 0)
+    assert 0 < read.static["mean_tension"] < 50.0
+    assert read.asymmetry < 1e-6
+
+
+def test_fixed_in_plane_displacement_needs_a_flat_film():
+    with pytest.raises(SceneError, match=r"reduction\.in_plane"):
+        drum(Load(pressure=1.0), reduction=Reduction(in_plane="fixed"))
+
+
+@pytest.mark.parametrize(
+    "table, key",
+    [
+        ({}, "load"),
+        ({"voltage": "1 V"}, "load.gap"),
+        ({"gap": "1 um"}, "load"),
+        ({"pressure": "1 N"}, "load.pressure"),
+        ({"pressure": 1.0, "radius": "1 nm"}, "load.force"),
+        ({"force": "1 nN", "position": ["1 um"]}, "load.position"),
+    ],
+)
+def test_bad_loads_name_the_key(table, key):
+    with pytest.raises(SceneError, match=key):
+        Load(**table)
