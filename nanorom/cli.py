@@ -55,7 +55,7 @@ def _show_warning(
 ) -> None:
     from nanorom.workflow import mpi_rank
 
-    if mpi_rank() == 0:
+    if mpi_rank() == 0 and not issubclass(category, DeprecationWarning):  # those are for developers
         print(f"nanorom: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 

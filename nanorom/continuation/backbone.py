@@ -14,6 +14,7 @@ import numpy as np
 
 from nanorom.errors import ContinuationError
 
+from .explore import check_range
 from .harmonics import Support, close_support
 from .orbit import PeriodicOrbit
 from .path import orbit_amplitudes
@@ -28,8 +29,8 @@ FIRST_AMPLITUDE = 1e-3
 class Backbone:
     """omega (n,) of the free motion, amplitude (n, L) = max |q_r|, orbits and energy (n,).
 
-    energy is kinetic energy at the instants of largest speed of the scaled motion's first instant:
-    potential energy at the turning point, (n,), in the units of the system (conservative systems).
+    energy (n,) is the potential energy at the turning point, in the units of the system; it is the
+    whole energy if the forces derive from a potential.
     """
 
     omega: Array
@@ -61,7 +62,7 @@ def backbone(
     Raises
     ------
     ContinuationError
-        for a mode that does not exist.
+        for a mode that does not exist or an invalid range.
     """
     if not 0 <= mode < system.size:
         raise ContinuationError(f"mode: {mode} does not exist; there are {system.size} from 0")
@@ -73,7 +74,8 @@ def backbone(
     if omega is None:
         limits = (0.2 * frequency, 3.0 * frequency)
     else:
-        limits = (omega[0] / scaled.frequency, omega[1] / scaled.frequency)
+        low, high = check_range(omega)
+        limits = (low / scaled.frequency, high / scaled.frequency)
     tracer = _even_tracer(scaled, shape, Settings(tolerance=tolerance, steps=steps))
     start = np.zeros((7, scaled.size))
     start[1] = FIRST_AMPLITUDE * shape

@@ -92,6 +92,11 @@ def locus(
         raise ContinuationError(f"parameter: the level of {parameter!r} is zero at the point")
     unit = system.scaled(direct, parametric)
     low, high = (value / unit.frequency for value in check_range(omega))
+    if not level[0] <= start_level <= level[1]:
+        raise ContinuationError(
+            f"level: range ({level[0]:g}, {level[1]:g}) does not hold that of the point, "
+            f"{start_level:g}"
+        )
     limits = (low, high), (level[0] / start_level, level[1] / start_level)
     curve = _Curve(unit, parameter, point, limits)
     forward = curve.follow(1.0, steps, largest_step)

@@ -298,11 +298,19 @@ def test_public_names_are_what_they_say():
         ("respond rom.h5 none.toml -o new.h5", "none.toml: no such file"),
         ("respond drum.toml sweep.toml -o new.h5", "drum.toml: not an HDF5 file"),
         ("respond rom.h5 sweep.toml -o none/new.h5", "there is no directory 'none'"),
+        ("respond nan.h5 sweep.toml -o new.h5", "nan.h5: cubic: contains NaN"),
+        ("respond loose.h5 sweep.toml -o new.h5", "stiffness: a natural frequency is zero"),
+        ("respond undamped.h5 drive.toml -o new.h5", "damping: zero or negative"),
+        ("respond rom.h5 still.toml -o new.h5", "still.toml: sweep.from: found '0 Hz'"),
+        ("export rom.h5 --to csv -o none/x.csv", "there is no directory 'none'"),
+        ("export rom.h5 --to auto --level 2", "level: found 2; the drive has levels 1 to 1"),
+        ("export rom.h5 --to auto --omega 1 0.5", "sweep.to: found 0.5 Hz"),
+        ("export rom.h5 --to auto --direct 5m", "drive.direct: found '5m'"),
         ("respond rom.h5 many.toml -o new.h5", "damping.quality_factor: found 3 values"),
     ],
 )
 def test_bad_input_is_one_line_before_any_work(
-    tmp_path, monkeypatch, capsys, drum_toml, scene, rom, sweep, arguments, message
+    tmp_path, monkeypatch, capsys, drum_toml, scene, rom, sweep, make_model, arguments, message
 ):
     def too_late(*_):
         raise AssertionError("the reduction has started")
@@ -312,6 +320,13 @@ def test_bad_input_is_one_line_before_any_work(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.toml").write_text(drum_toml.replace("10 nm", "-10 nm"))
     (tmp_path / "many.toml").write_text(SWEEP.replace("= 50", "= [1, 2, 3]"))
+    (tmp_path / "drive.toml").write_text(SWEEP.partition("= 50")[2])
+    (tmp_path / "still.toml").write_text(SWEEP.replace("0.98 f1", "0 Hz"))
+    make_model(2, damping=np.zeros((2, 2))).save(tmp_path / "undamped.h5")
+    make_model(2, stiffness=np.zeros((2, 2))).save(tmp_path / "loose.h5")
+    make_model(2).save(tmp_path / "nan.h5")
+    with h5py.File(tmp_path / "nan.h5", "r+") as file:
+        file["cubic"][0, 0, 0, 0] = np.nan
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file.attrs["format"] = "other"
     before = names(tmp_path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nanorom.continuation import ModalSystem, explore
+from nanorom.continuation import ModalSystem, backbone, explore, locus, states, sweep
 from nanorom.errors import ContinuationError
 from tests.continuation.systems import duffing
 
@@ -61,6 +61,26 @@ def test_bad_range_is_refused(omega) -> None:
         explore(duffing(), omega, direct=0.005)
 
 
-def test_bad_level_is_refused() -> None:
+def test_start_that_cannot_be_reached_is_told_with_a_remedy() -> None:
+    with pytest.raises(ContinuationError, match="no periodic orbit.*start the range farther"):
+        explore(duffing(), (0.99, 1.01), direct=1e9)
+
+
+def test_undamped_system_has_a_backbone_but_no_response() -> None:
+    system = duffing(damping=0.0, damped=False)
+    assert backbone(system, amplitude=0.1).omega[-1] > 1.0
+    for follow in (explore, lambda *a, **k: list(states(*a, **k))):
+        with pytest.raises(ContinuationError, match="damping.*zero or negative"):
+            follow(system, (0.8, 1.5), direct=0.005)
+
+
+def test_bad_levels_and_frequencies_are_refused() -> None:
+    with pytest.raises(ContinuationError, match="omega"):
+        backbone(duffing(), omega=(0.0, 1.0))
+    with pytest.raises(ContinuationError, match="omega"):
+        sweep(duffing(), [1.0, 0.0], direct=0.005)
+    fold = explore(duffing(), (0.8, 1.5), direct=0.005).points("LP")[0]
+    with pytest.raises(ContinuationError, match="level: range"):
+        locus(duffing(), fold, 0.005, 0.0, omega=(0.8, 1.5), level=(0.006, 0.01))
     with pytest.raises(ContinuationError, match="direct"):
         explore(duffing(), (0.8, 1.5), direct=np.nan)
