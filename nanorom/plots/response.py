@@ -26,6 +26,7 @@ TAKES_PART = 1e-3  # of the largest amplitude; modes below are not drawn
 NEUTRAL = "0.3"
 FINER = 8  # straight pieces per continuation step
 SHORTEST = 1e-9  # of the picture; keeps points apart that coincide
+APART = 1e-5  # of a branch; special points closer to one of its points are not told apart
 FEWEST = 5  # points that a smooth curve needs
 BRIGHTEST = 0.85  # of the colour map: the yellow end is too pale for lines
 
@@ -124,8 +125,9 @@ def _draw(
 ) -> None:
     levels = list(zip(_colours(response), response.diagrams))
     for colour, diagram in reversed(levels):  # low levels lie within high ones: draw them on top
-        for branch in diagram.branches:
-            for curve in _stretches(branch):
+        for number, branch in enumerate(diagram.branches):
+            located = [point for point in diagram.special_points if point.branch == number]
+            for curve in _stretches(branch, located):
                 axes.plot(
                     curve.omega * frequency[0],
                     measure(curve.amplitude) * length[0],
@@ -150,10 +152,10 @@ def _draw(
         axes.spines[side].set_visible(False)
 
 
-def _stretches(branch: Any) -> Iterator[Curve]:
+def _stretches(branch: Any, located: list[Any]) -> Iterator[Curve]:
     """Cut a branch where its stability changes; the unstable side closes the gap."""
-    stable = np.asarray(branch.stable, dtype=bool)
-    omega, amplitude, position = _smooth(branch.omega, branch.amplitude)
+    omega, amplitude, stable = _with_located(branch, located)
+    omega, amplitude, position = _smooth(omega, amplitude)
     changes = np.flatnonzero(np.diff(stable)) + 1
     ends = [0, *changes, len(stable)]
     for start, stop in zip(ends[:-1], ends[1:]):
@@ -163,6 +165,26 @@ def _stretches(branch: Any) -> Iterator[Curve]:
         )
         part = slice(position[first], position[last] + 1)
         yield Curve(omega[part], amplitude[part], holds)
+
+
+def _with_located(branch: Any, located: list[Any]) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """A branch's points and stability, its special points among them: steps pass over folds."""
+    omega, amplitude = np.asarray(branch.omega), np.asarray(branch.amplitude)
+    stable = np.asarray(branch.stable, dtype=bool)
+    width, height = np.ptp(omega), amplitude.max(initial=0.0)
+    if width == 0 or height == 0:
+        return omega, amplitude, stable
+    for point in located:
+        points = np.column_stack([omega / width, amplitude / height])
+        own = np.concatenate([[point.omega / width], point.amplitude / height])
+        away = np.linalg.norm(points - own, axis=1)
+        detour = away[:-1] + away[1:] - np.linalg.norm(np.diff(points, axis=0), axis=1)
+        after = int(np.argmin(detour)) + 1
+        if away[after - 1 : after + 1].min() > APART:
+            omega = np.insert(omega, after, point.omega)
+            amplitude = np.insert(amplitude, after, point.amplitude, axis=0)
+            stable = np.insert(stable, after, stable[after - 1] or stable[after])
+    return omega, amplitude, stable
 
 
 def _smooth(omega: Array, amplitude: Array) -> tuple[Array, Array, NDArray[np.int64]]:

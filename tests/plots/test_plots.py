@@ -1,3 +1,4 @@
+import attrs
 import matplotlib
 import numpy as np
 import pytest
@@ -96,6 +97,20 @@ def test_drawn_curve_is_smooth_passes_the_computed_points_and_does_not_overshoot
     assert np.abs(radius - 1).max() < 2e-3  # straight lines between the points are 9e-3 off
     assert fine_amplitude.min() >= 0
     assert fine_amplitude.max() < 2 + 2e-3
+
+
+def test_drawn_curve_runs_into_a_fold_that_steps_pass_over(response):
+    along = np.concatenate([np.linspace(-1, -0.08, 15), np.linspace(0.05, 1, 15)])
+    omega = 2 * np.pi * (22e6 - 1e6 * along**2)  # folds over where along = 0
+    amplitude = 1e-9 * (3 + along)[:, None] * [1.0, 0.1, 1e-6]
+    fold = special_point("LP", 2 * np.pi * 22e6, np.array([3e-9, 0.3e-9, 3e-15]))
+    diagram = Diagram([branch(omega, amplitude, along < 0)], [fold], 5e-9, 0.0)
+    axes = response_figure(attrs.evolve(response, diagrams=(diagram,))).axes[0]
+    stable, unstable = curves(axes)
+    fold_drawn = marks(axes)[0].get_xydata()[0]
+    assert stable.get_xydata()[-1] == pytest.approx(fold_drawn)
+    assert unstable.get_xydata()[0] == pytest.approx(fold_drawn)
+    assert len(unstable.get_xdata()) > 15
 
 
 def test_axes_are_in_prefixed_units_of_the_data(response):
