@@ -62,7 +62,7 @@ class MeshFile:
     shape: ClassVar[str] = "mesh"
     sides: ClassVar[tuple[str, ...]] = ()
     file: Path = v.custom("geometry.file", _mesh_path)
-    scale: float = v.quantity("geometry.scale", "1", default=1.0)
+    scale: float = v.quantity("geometry.scale", "m", default=1.0)  # of the file's unit of length
 
     def __attrs_post_init__(self) -> None:
         if not self.file.is_file():

@@ -36,7 +36,7 @@ def model_text(model: ReducedModel) -> str:
         ("modes", str(model.size)),
         ("method", f"{model.method or 'unknown'}, in-plane {model.in_plane or 'unknown'}"),
         ("normalisation", "max |phi| = 1, q in m, forces in N"),
-        ("asymmetry", f"{model.asymmetry:.1e}"),
+        ("asymmetry", f"{_asymmetry(model):.1e}"),
         ("drive", _patterns(model.drive, DIRECT_PATTERNS)),
         ("parametric", _patterns(model.parametric, PARAMETRIC_PATTERNS)),
     ]
@@ -44,6 +44,11 @@ def model_text(model: ReducedModel) -> str:
     facts += [(name, _short(rest[name])) for name in sorted(rest)]
     facts += [("made with", ", ".join(f"{k} {v}" for k, v in sorted(model.versions.items())))]
     return _table([head, units, *rows]) + "\n\n" + _list(facts)
+
+
+def _asymmetry(model: ReducedModel) -> float:
+    """Of the tensors as they were found where that is known; those kept are symmetrised."""
+    return float(model.diagnostics.get("asymmetry", model.asymmetry))
 
 
 def response_text(response: Response) -> str:
@@ -126,7 +131,7 @@ def of_model(model: ReducedModel) -> dict[str, Any]:
         "modes": modes,
         "method": model.method,
         "in_plane": model.in_plane,
-        "asymmetry": model.asymmetry,
+        "asymmetry": _asymmetry(model),
         "diagnostics": {name: _plain(value) for name, value in model.diagnostics.items()},
         "versions": model.versions,
     }

@@ -92,7 +92,10 @@ def _from_text(text: str, unit: str, key: str) -> float:
         if unit == "1":
             return float(number)
         raise SceneError(f"{key}: found {text!r} without a unit; allowed: {_allowed(unit)}")
-    factor, dimension = _factor(name, key)
+    try:
+        factor, dimension = _factor(name, key)
+    except SceneError as error:
+        raise SceneError(f"{error}; allowed: {_allowed(unit)}") from None
     expected = {} if unit == "1" else _factor(unit, key)[1]
     if dimension != expected:
         kind = "an angular unit" if "[angle]" in dimension else "of another dimension"

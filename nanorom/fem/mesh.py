@@ -176,6 +176,8 @@ def load(
             gmsh.open(str(file))
             if len(gmsh.model.mesh.getNodes()[0]) == 0:
                 gmsh.model.mesh.generate(2)
+                if len(gmsh.model.mesh.getElements(2)[0]) == 0:
+                    raise MeshError(f"{file}: no surface in it, or cut short; a film is a surface")
                 return _from_geometry(gmsh, file, order, grading)
             return _from_mesh(gmsh, file)
         except MeshError:

@@ -176,6 +176,14 @@ def test_info_prints_the_modes_with_units(rom, capsys):
     assert "180" in text  # the quality factor
 
 
+def test_info_prints_the_asymmetry_that_was_found_and_not_that_of_symmetrised_tensors(
+    tmp_path, make_model, capsys
+):
+    make_model(2, diagnostics={"asymmetry": 3e-7}).save(tmp_path / "rom.h5")
+    assert main(["info", str(tmp_path / "rom.h5")]) == 0
+    assert re.search(r"asymmetry +3\.0e-07", capsys.readouterr().out)
+
+
 def test_respond_uses_the_damping_of_the_sweep_file(tmp_path, rom, sweep):
     output = tmp_path / "response.h5"
     assert main(["respond", str(rom), str(sweep), "-o", str(output)]) == 0

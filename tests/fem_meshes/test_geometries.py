@@ -6,6 +6,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
+from nanorom.errors import MeshError
 from nanorom.fem import discretisation, mesh
 
 CURVED = 1e-9  # of areas bounded by circles, on cells of order 8
@@ -43,3 +44,11 @@ def test_area_and_boundary_names_are_right(name):
     assert measured == pytest.approx(area, rel=CURVED)
     assert set(domain.facets) == boundaries
     assert all(len(facets) for facets in domain.facets.values())
+
+
+@pytest.mark.parametrize("name", ["film.msh", "film.geo"])
+def test_file_without_a_surface_is_refused_by_name(tmp_path, name):
+    file = tmp_path / name
+    file.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" if name.endswith("msh") else "")
+    with pytest.raises(MeshError, match=f"{name}: no surface"):
+        mesh.build(MPI.COMM_WORLD, file, {}, 1)

@@ -20,6 +20,7 @@ CORPUS = [
     ('"2.5 um"', "inf", "geometry.radius", "finite"),
     ('"2.5 um"', '"2.5"', "geometry.radius", "without a unit"),
     ('"2.5 um"', '"2.5 parsnips"', "geometry.radius", "unknown unit"),
+    ('"2.5 um"', '"2.5 parsnips"', "geometry.radius", "allowed: a length"),
     ('"2.5 um"', "true", "geometry.radius", "a length"),
     ('"2.5 um"', "[1, 2]", "geometry.radius", "a length"),
     ('"2.5 um"', "1979-05-27", "geometry.radius", "a length"),

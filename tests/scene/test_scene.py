@@ -178,6 +178,7 @@ def test_mesh_files_are_found_beside_the_scene(tmp_path, drum_toml):
     (tmp_path / "scene.toml").write_text(text)
     scene = Scene.from_file(tmp_path / "scene.toml")
     assert scene.geometry == MeshFile(tmp_path / "film.geo", scale=1.0)
+    assert MeshFile(tmp_path / "film.geo", scale="1 um") == MeshFile(tmp_path / "film.geo", 1e-6)
     assert scene.supports == {"default": "clamped"}
 
 
