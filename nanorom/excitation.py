@@ -25,9 +25,14 @@ DEEPEST = 5
 
 @attrs.frozen
 class Damping:
-    """Quality factor, one for all modes or one per mode."""
+    """Quality factor, one for all modes or one per mode, and the viscosity of the material.
+
+    material_time: relaxation time tau in s of a Kelvin-Voigt material, stress C:(1 + tau d/dt)E;
+    it damps bending beside the quality factor, and stretching, which is nonlinear damping.
+    """
 
     quality_factor: tuple[float, ...] = v.quantities("damping.quality_factor", "1")
+    material_time: float = v.quantity("damping.material_time", "s", v.NOT_NEGATIVE, default=0.0)
 
     def per_mode(self, count: int) -> tuple[float, ...]:
         """One quality factor for each mode; raises SceneError if the list has another length."""

@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 UNSORTED = 1e-6  # relative; degenerate frequencies may stand in either order
 ASYMMETRIC = 1e-6  # a stiffness, mass or damping matrix beyond this is a mistake
+OPTIONAL = {"bending": 2, "stretching": 4, "cubic_damping": 4}  # number of mode indices
 
 
 class Coefficient(NamedTuple):
@@ -41,6 +42,10 @@ def _array(value: ArrayLike) -> Array:
     array = np.array(value, dtype=float)
     array.flags.writeable = False
     return array
+
+
+def _optional(value: ArrayLike | None) -> Array | None:
+    return None if value is None else _array(value)
 
 
 def _integers(value: ArrayLike) -> NDArray[np.int64]:
@@ -101,6 +106,10 @@ class ReducedModel:
     drive, parametric : force patterns J (L,) and P (L, L) by name, per unit of their level; the
         modal force is (direct J + parametric P q) cos(omega t).
     shapes : mode shapes, if known.
+    bending, stretching : (L, L) N/m and (L, L, L, L) N/m^3, parts of the force that a viscoelastic
+        material damps, if known: stretching[r, j, k, l] is the force on mode r from the slope of
+        mode l and the stress of the pair jk. Symmetrised, stretching is the cubic tensor.
+    cubic_damping : (L, L, L, L) N s/m^3, force sum_jkl D[r,j,k,l] q_l d(q_j q_k)/dt.
     static : the state about which the model is expanded, by name; empty for a flat film.
     diagnostics : what the reduction reports about itself; scene : its TOML text.
     """
@@ -116,6 +125,9 @@ class ReducedModel:
     drive: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     parametric: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     shapes: Shapes | None = None
+    bending: Array | None = attrs.field(converter=_optional, default=None)
+    stretching: Array | None = attrs.field(converter=_optional, default=None)
+    cubic_damping: Array | None = attrs.field(converter=_optional, default=None)
     static: dict[str, Array] = attrs.field(converter=_arrays, factory=dict)
     diagnostics: dict[str, Any] = attrs.field(converter=_copy, factory=dict)
     scene: str = ""
@@ -132,6 +144,9 @@ class ReducedModel:
         expected |= {"quadratic": (n,) * 3, "cubic": (n,) * 4}
         for name, shape in expected.items():
             _expect(name, getattr(self, name), shape)
+        for name, rank in OPTIONAL.items():
+            if getattr(self, name) is not None:
+                _expect(name, getattr(self, name), (n,) * rank)
         for name, pattern in self.drive.items():
             _expect(f"drive/{name}", pattern, (n,))
         for name, pattern in self.parametric.items():
@@ -246,10 +261,15 @@ class ReducedModel:
             damping=self.damping[np.ix_(pick, pick)],
             quadratic=self.quadratic[np.ix_(pick, pick, pick)],
             cubic=self.cubic[np.ix_(pick, pick, pick, pick)],
+            **{name: self._part(name, pick) for name in OPTIONAL},
             drive={name: j[pick] for name, j in self.drive.items()},
             parametric={name: p[np.ix_(pick, pick)] for name, p in self.parametric.items()},
             shapes=shapes and attrs.evolve(shapes, values=shapes.values[pick]),
         )
+
+    def _part(self, name: str, pick: NDArray[np.intp]) -> Array | None:
+        array: Array | None = getattr(self, name)
+        return None if array is None else array[np.ix_(*(pick,) * array.ndim)]
 
     def _position(self, mode: int | str) -> int:
         if isinstance(mode, str):
@@ -263,10 +283,22 @@ class ReducedModel:
         return names.index(mode)
 
     def with_damping(self, damping: Damping) -> ReducedModel:
-        """The model with C = diag(m_r omega_r / Q_r)."""
-        quality = np.array(damping.per_mode(self.size))
-        diagonal = self.mass * 2 * np.pi * self.frequency / quality
-        return attrs.evolve(self, damping=np.diag(diagonal))
+        """The model with C = diag(m_r omega_r / Q_r) + tau K_bending and D = tau S.
+
+        Raises ModelError for a viscous material if the model does not know its bending and
+        stretching (S) apart.
+        """
+        quality, time = np.array(damping.per_mode(self.size)), damping.material_time
+        linear = np.diag(self.mass * 2 * np.pi * self.frequency / quality)
+        if time == 0:
+            return attrs.evolve(self, damping=linear, cubic_damping=None)
+        if self.bending is None or self.stretching is None:
+            raise ModelError(
+                "damping.material_time: the model does not know its bending and stretching apart; "
+                "reduce a scene that has damping.material_time"
+            )
+        linear = linear + time * (self.bending + self.bending.T) / 2
+        return attrs.evolve(self, damping=linear, cubic_damping=time * self.stretching)
 
     def patterns(
         self, direct: str = "pressure", parametric: str = "tension"
@@ -295,7 +327,7 @@ class ReducedModel:
             cubic=self.cubic,
             direct=j,
             parametric=p,
-            cubic_damping=np.zeros_like(self.cubic),
+            cubic_damping=self.cubic_damping,
             damped=damped,
         )
 

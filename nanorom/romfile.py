@@ -10,7 +10,7 @@ import h5py
 
 from nanorom import hdf5
 from nanorom.errors import FileError
-from nanorom.rom import ReducedModel, Shapes
+from nanorom.rom import OPTIONAL, ReducedModel, Shapes
 from nanorom.scene import MOST_MODES
 
 FORMAT = "nanorom-rom"
@@ -29,6 +29,7 @@ DATASETS = {
     "quadratic": (3, "N/m^2"),
     "cubic": (4, "N/m^3"),
 }
+OPTIONAL_UNITS = {"bending": "N/m", "stretching": "N/m^3", "cubic_damping": "N s/m^3"}
 PATTERNS = {"drive": (1, "N per unit of the level"), "parametric": (2, "N/m per unit of the level")}
 # state about which the model is expanded: shape (None: any length), unit
 STATIC: dict[str, tuple[tuple[int | None, ...], str]] = {
@@ -50,6 +51,10 @@ def save(model: ReducedModel, path: str | Path) -> None:
         for name, (_, unit) in DATASETS.items():
             file[name] = getattr(model, name)
             file[name].attrs["unit"] = unit
+        for name, unit in OPTIONAL_UNITS.items():
+            if getattr(model, name) is not None:
+                file[name] = getattr(model, name)
+                file[name].attrs["unit"] = unit
         hdf5.write_names(file, "label", model.label)
         for kind, (_, unit) in PATTERNS.items():
             patterns = file.create_group(kind)
@@ -86,6 +91,9 @@ def _read(file: h5py.File) -> ReducedModel:
     arrays: dict[str, Any] = {
         name: hdf5.read(file, name, (n,) * rank) for name, (rank, _) in DATASETS.items()
     }
+    for name, rank in OPTIONAL.items():
+        if name in file:
+            arrays[name] = hdf5.read(file, name, (n,) * rank)
     patterns: dict[str, Any] = {
         kind: {
             name: hdf5.read(file, f"{kind}/{name}", (n,) * rank)

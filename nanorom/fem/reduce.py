@@ -95,18 +95,14 @@ def reduce_scene(
     stiffness = scales.tension * (products.stiffness + solution.stretching)
     mass = scales.mass * products.mass
     frequency = scales.frequency(modes.eigenvalues)
-    damping = np.zeros_like(stiffness)
-    if scene.damping is not None:
-        quality = np.array(scene.damping.per_mode(len(mass)))
-        damping = np.diag(2 * np.pi * frequency * mass / quality)
     pressure = scales.length**2 * products.area
-    return ReducedModel(
+    model = ReducedModel(
         frequency=frequency,
         mass=mass,
         label=tuple(names),
         number=selected + 1,
         stiffness=stiffness,
-        damping=damping,
+        damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
         drive={"pressure": pressure},
@@ -118,7 +114,32 @@ def reduce_scene(
         method=scene.reduction.method,
         in_plane=scene.reduction.in_plane,
         versions=compat.versions(),
+        **viscous(scene, scales, modes, products),
     )
+    return model if scene.damping is None else model.with_damping(scene.damping)
+
+
+def viscous(
+    scene: Scene, scales: Scales, modes: Modes, products: ModalProducts
+) -> dict[str, np.ndarray]:
+    """Parts of the force that a viscoelastic material damps, if the scene has one. Collective.
+
+    bending: (L, L) in N/m; stretching: (L, L, L, L) in N/m^3, force on mode r from the slope of
+    mode l and the stress of the pair jk.
+    """
+    if scene.damping is None or scene.damping.material_time == 0:
+        return {}
+    plate = modes.plate
+    if plate.shape is not None or plate.attraction is not None:
+        raise SceneError("damping.material_time: only for a film that its load leaves flat")
+    tension = float(plate.tension_x.value), float(plate.tension_y.value)
+    bending = products.stiffness - np.einsum("d,drs->rs", tension, products.slopes)
+    in_plane, unit = scene.reduction.in_plane, float(plate.membrane_stiffness.value)
+    pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
+    return {
+        "bending": scales.tension * bending * (scales.bending > 0),
+        "stretching": 0.5 * scales.cubic / unit * pairs.transpose(0, 2, 3, 1),
+    }
 
 
 @attrs.frozen(eq=False)
@@ -383,12 +404,17 @@ def on_triangulation(
 
 @attrs.frozen
 class ModalProducts:
-    """Scaled integrals of the modes: Phi^T K Phi, int phi^2, int phi, int grad phi . grad phi."""
+    """Scaled integrals: Phi^T K Phi, int phi^2, int phi, int d_i phi d_i phi (2, L, L)."""
 
     stiffness: np.ndarray
     mass: np.ndarray
     area: np.ndarray
-    slope: np.ndarray
+    slopes: np.ndarray
+
+    @property
+    def slope(self) -> np.ndarray:
+        """int grad phi . grad phi."""
+        return np.asarray(self.slopes.sum(axis=0))
 
 
 def modal_products(modes: Modes) -> ModalProducts:
@@ -396,15 +422,15 @@ def modal_products(modes: Modes) -> ModalProducts:
     plate, shapes = modes.plate, modes.shapes
     n_modes = shapes.shape[1]
     comm, copies = plate.domain.comm, plate.mirrors.copies
-    area, slope = np.zeros(n_modes), np.zeros((n_modes, n_modes))
+    area, slope = np.zeros(n_modes), np.zeros((2, n_modes, n_modes))
     for field in quadrature.fields(plate, columns=2 * n_modes):
         area += np.einsum("cq,cqn->n", field.weights, field.value(shapes))
         gradient = field.gradient(shapes)
         weighted = gradient * field.weights[..., None, None]
-        slope += gradient.reshape(-1, n_modes).T @ weighted.reshape(-1, n_modes)
+        slope += np.einsum("cqdr,cqds->drs", gradient, weighted, optimize=True)
     slope, area = copies * comm.allreduce(slope), copies * comm.allreduce(area)
     parities = modes.parities
-    slope[[[a != b for b in parities] for a in parities]] = 0.0
+    slope[:, [[a != b for b in parities] for a in parities]] = 0.0
     area[[parity != plate.mirrors.even for parity in parities]] = 0.0
     mass = modes.modal(dict.fromkeys(parities, modes.mass))
     return ModalProducts(modes.modal(modes.stiffness), np.diag(mass).copy(), area, slope)

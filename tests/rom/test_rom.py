@@ -195,3 +195,16 @@ def test_model_of_one_duffing_mode_has_its_closed_form_energy():
     assert model.energy(q) == 2 * 0.25 / 2 + 3 * 0.125 / 3 + 4 * 0.0625 / 4
     assert model.forces(q)[0] == 2 * 0.5 + 3 * 0.25 + 4 * 0.125
     assert model.jacobian(q)[0, 0] == 2 + 6 * 0.5 + 12 * 0.25
+
+
+def test_viscous_material_needs_a_model_that_knows_its_stretching(make_model):
+    model = make_model(2)
+    viscous = Damping(100, material_time="1 ns")
+    with pytest.raises(ModelError, match="material_time.*bending and stretching"):
+        model.with_damping(viscous)
+    known = make_model(2, bending=np.eye(2), stretching=model.cubic)
+    damped = known.with_damping(viscous)
+    plain = known.with_damping(Damping(100))
+    assert np.allclose(damped.damping - plain.damping, 1e-9 * np.eye(2))
+    assert np.allclose(damped.select([2]).system().cubic_damping, 1e-9 * model.cubic[1, 1, 1, 1])
+    assert not damped.with_damping(Damping(100)).system().cubic_damping.any()
