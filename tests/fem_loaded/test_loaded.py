@@ -19,7 +19,7 @@ def test_pressurised_drum_matches_spectral_reference(bending, radii):
     state = film.Film(plate)
     load = film.pressure(state)
     reference = Disc(1.0, bending, NU)
-    for point in statics.load_steps(film.problem(state, load), [1.0, 100.0, 1000.0]):
+    for point in statics.load_steps(film.problem(state, load), [100.0, 1000.0]):
         assert point.stable
         reference.solve(point.magnitude)
         assert centre(plate, state) == pytest.approx(reference.centre(), rel=SPECTRAL)

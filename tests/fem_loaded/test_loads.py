@@ -50,8 +50,8 @@ def test_deep_indentation_of_a_membrane_is_schwerins_cubic_law():
     et al. 2008, doi:10.1126/science.1157996) to 0.8 %.
     """
     plate = drum(0.0, radii=(1e-3, 1e-2, 0.08, 0.35, 1.0), nu=1 / 3)
-    force = 1e7
-    w = indent(plate, np.geomspace(0.1, force, 9))
+    force = 1e6
+    w = indent(plate, np.geomspace(1.0, force, 7))
     assert force / w[-1] ** 3 == pytest.approx(np.pi / 3, rel=2e-3)
 
 
