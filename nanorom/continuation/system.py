@@ -60,7 +60,7 @@ def symmetrise_cubic(tensor: Array) -> Array:
     return np.asarray(sum(tensor.transpose(order) for order in orders) / 6)
 
 
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, init=False)
 class ModalSystem:
     """A small polynomial modal system with direct and parametric drive, in any consistent units.
 
