@@ -15,10 +15,10 @@ KINDS = ("clamped", "simply_supported", "free")
 
 @attrs.frozen
 class Plate:
-    """The film's thickness and model: membrane (no bending), plate (Kirchhoff) or auto."""
+    """The film's thickness and model: membrane (no bending), plate (Kirchhoff), beam or auto."""
 
     thickness: float = v.quantity("plate.thickness", "m")
-    model: str = v.choice("plate.model", ("auto", "membrane", "plate"), default="auto")
+    model: str = v.choice("plate.model", ("auto", "membrane", "plate", "beam"), default="auto")
 
 
 @attrs.frozen

@@ -12,6 +12,7 @@ import attrs
 import numpy as np
 from mpi4py import MPI
 
+from nanorom.beam import reduce_beam
 from nanorom.errors import AccuracyWarning, SceneError, SolverError
 from nanorom.fem import (
     accuracy,
@@ -75,6 +76,8 @@ def reduce_scene(
 
     Raises SceneError, MeshError or SolverError with one line that names the cause.
     """
+    if scene.plate.model == "beam":
+        return reduce_beam(scene)
     plan = Plan.of(scene)
     scales, watch = plan.scales, Stopwatch(progress)
     solution = solve_to_tolerance(comm, plan, watch)

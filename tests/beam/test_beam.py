@@ -5,7 +5,9 @@ import pytest
 from scipy.optimize import brentq
 
 from nanorom.beam import Beam, modes
-from nanorom.errors import SolverError
+from nanorom.errors import SceneError, SolverError
+from nanorom.fem import reduce_scene
+from nanorom.scene import Disc, Material, Modes, Plate, Scene, String, Support, Tension
 
 EXACT = 1e-10
 
@@ -63,3 +65,33 @@ def test_cubic_tensor_is_fully_symmetric():
 def test_buckled_beam_is_refused():
     with pytest.raises(SolverError, match="buckling"):
         modes(Beam(1.0, 1.0, 1.0, -5 * np.pi**2, 1.0), 1)
+
+
+def string_scene(width, model, **changes):
+    given = {
+        "geometry": String(length="100 um", width=width),
+        "plate": Plate(thickness="100 nm", model=model),
+        "material": Material(youngs_modulus="250 GPa", poisson_ratio=0.0, density="3100 kg/m^3"),
+        "tension": Tension(x=10.0, y=0.0),
+        "modes": Modes(select=[1]),
+    }
+    return Scene(**{**given, **changes})
+
+
+def test_plate_strip_tends_to_the_beam_as_it_becomes_narrow():
+    """With nu = 0 plate and beam have the same limit; b111 per width and the frequency agree."""
+    beam = reduce_scene(string_scene("1 um", "beam"))
+    strip = reduce_scene(string_scene("1 um", "plate"))
+    assert strip.frequency == pytest.approx(beam.frequency, rel=1e-5)
+    assert strip.mass == pytest.approx(beam.mass, rel=1e-5)
+    assert strip.cubic == pytest.approx(beam.cubic, rel=1e-4)
+    # ideal string: E A pi^4/(8 L^3)
+    ideal = 250e9 * 1e-13 * np.pi**4 / (8 * 1e-12)
+    assert beam.cubic[0, 0, 0, 0] == pytest.approx(ideal, rel=0.2)
+
+
+def test_beam_is_for_strings_held_at_their_ends():
+    with pytest.raises(SceneError, match=r"plate\.model"):
+        reduce_scene(string_scene("1 um", "beam", geometry=Disc(radius="1 um")))
+    with pytest.raises(SceneError, match=r"support\.bottom"):
+        reduce_scene(string_scene("1 um", "beam", support=Support("clamped")))
