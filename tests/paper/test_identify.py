@@ -1,0 +1,172 @@
+"""Step I: tension and Young's modulus are found from resonance frequencies alone."""
+
+import attrs
+import numpy as np
+import pytest
+
+import nanorom
+from nanorom.assignment import assign
+from nanorom.bench import exact
+from nanorom.cli import main
+from nanorom.errors import FileError, SceneError
+from nanorom.fem.spectrum import Spectrum
+from nanorom.identify import identify
+from nanorom.measured import Resonances
+from nanorom.plots.resonances import spread
+
+PAPER = {"tension_x": 0.321, "tension_y": 0.257, "youngs_modulus": 410e9}  # their section on step I
+LABELS = "f01 f11s f11c f21c f21s f02 f31s f31c f12s f12c f41c".split()
+NOISE = 1e-3
+EXACT_TOLERANCE = 1e-6  # the scene's own
+GRADIENT_TOLERANCE = 1e-6  # central differences of relative step 1e-4
+DRAWS = 5
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A first guess: no anisotropy, a third less tension, the modulus two and a half times."""
+    return attrs.evolve(
+        exact.paper_drum().scene,
+        tension=nanorom.Tension(0.2, 0.2),
+        material=nanorom.Material(1e12, 0.16, 2267),
+    )
+
+
+@pytest.fixture(scope="module")
+def frequency():
+    """Spectral solution of the paper's drum, no finite elements."""
+    return exact.paper_drum().frequency()
+
+
+def measured(frequency, label=None, uncertainty=None):
+    order = np.argsort(frequency)
+    label = [""] * len(order) if label is None else label
+    return Resonances(frequency[order], tuple(label[i] for i in order), uncertainty)
+
+
+def test_gradients_are_derivatives_of_the_frequencies(scene):
+    spectrum = Spectrum(scene)
+    point = np.array([0.321, 0.257, 3.5e-14, 2.267e-5])
+    gradient = spectrum(*point, 11).gradient
+    for i in range(4):
+        step = 1e-4 * point * (np.arange(4) == i)
+        high, low = spectrum(*(point + step), 11), spectrum(*(point - step), 11)
+        difference = (high.frequency - low.frequency) / (2 * step[i])
+        scale = np.abs(difference).max()
+        assert gradient[:, i] == pytest.approx(difference, abs=GRADIENT_TOLERANCE * scale)
+
+
+@pytest.mark.parametrize("label", [LABELS, None], ids=["labelled", "unlabelled"])
+def test_exact_frequencies_give_back_the_papers_drum(scene, frequency, label):
+    found = identify(scene, measured(frequency, label))
+    assert found.value == pytest.approx(PAPER, rel=EXACT_TOLERANCE)
+    assert list(found.label) == LABELS
+
+
+def test_intervals_hold_the_papers_values_as_often_as_they_say(scene, frequency):
+    """0.1 % noise: of 15 intervals of 95 %, more than three misses have odds of 1 in 180."""
+    random = np.random.default_rng(20230403)
+    misses = 0
+    for _ in range(DRAWS):
+        noisy = frequency * (1 + NOISE * random.standard_normal(11))
+        found = identify(scene, measured(noisy, LABELS))
+        misses += sum(abs(found.value[n] - PAPER[n]) > found.interval[n] for n in PAPER)
+        assert found.interval["youngs_modulus"] < 0.03 * PAPER["youngs_modulus"]
+    assert misses <= 3
+
+
+def test_modes_that_were_not_seen_are_left_out(scene, frequency):
+    seen = [0, 1, 2, 3, 5, 8, 9, 10]  # one of each near pair only
+    found = identify(scene, measured(frequency[seen]))
+    assert found.value == pytest.approx(PAPER, rel=EXACT_TOLERANCE)
+    assert list(found.label) == [LABELS[i] for i in seen]
+
+
+def test_stated_uncertainties_set_the_intervals(scene, frequency):
+    one = identify(scene, measured(frequency, LABELS, 1e-4 * frequency))
+    ten = identify(scene, measured(frequency, LABELS, 1e-3 * frequency))
+    for name in PAPER:
+        assert ten.interval[name] == pytest.approx(10 * one.interval[name], rel=1e-4)
+
+
+def test_density_can_be_found_where_the_modulus_is_known(scene, frequency):
+    known = attrs.evolve(scene, material=nanorom.Material(410e9, 0.16, 3000))
+    unknowns = ["tension_x", "tension_y", "density"]
+    found = identify(known, measured(frequency, LABELS), unknowns)
+    assert found.value["density"] == pytest.approx(2267, rel=EXACT_TOLERANCE)
+
+
+def test_tension_of_a_square_membrane_follows_from_its_closed_form():
+    case = exact.square()
+    guess = case.scene.with_(tension=nanorom.Tension(3.0, 3.0))
+    found = identify(guess, measured(case.frequency()), ["tension"])
+    assert found.value["tension"] == pytest.approx(case.scene.tension.x, rel=EXACT_TOLERANCE)
+
+
+def test_what_cannot_be_found_is_refused(scene, frequency):
+    everything = ["tension_x", "tension_y", "youngs_modulus", "density"]
+    with pytest.raises(SceneError, match="do not determine"):
+        identify(scene, measured(frequency, LABELS), everything)
+    with pytest.raises(SceneError, match="need at least as many frequencies; found 2"):
+        identify(scene, measured(frequency[:2]))
+    with pytest.raises(SceneError, match="f99"):
+        identify(scene, measured(frequency[:3], ["f01", "f11c", "f99"]))
+    membrane = attrs.evolve(scene, plate=nanorom.Plate(thickness=1e-8, model="membrane"))
+    with pytest.raises(SceneError, match="membrane has no bending"):
+        identify(membrane, measured(frequency))
+    with pytest.raises(SceneError, match="tensoin"):
+        identify(scene, measured(frequency), ["tensoin"])
+
+
+def test_assignment_skips_what_was_not_seen_and_keeps_labels():
+    computed = np.log([1.0, 1.6, 2.1, 2.3, 2.6])
+    names = list("abcde")
+    seen = np.log([1.001, 2.102, 2.599])
+    assert assign(seen, ["", "", ""], computed, names).tolist() == [0, 2, 4]
+    assert assign(seen, ["", "d", ""], computed, names).tolist() == [0, 3, 4]
+
+
+def test_names_on_the_picture_do_not_overlap():
+    places = spread(np.array([1.0, 1.01, 1.02, 5.0]), 0.5)
+    assert np.diff(places).min() == pytest.approx(0.5)
+    assert places[:3].mean() == pytest.approx(1.01)
+    assert places[3] == 5.0
+
+
+def test_frequencies_are_read_with_units_labels_and_uncertainties(tmp_path):
+    path = tmp_path / "m.csv"
+    lines = ["# comment", "label,Frequency [MHz],uncertainty", "f11c,36.7,0.02", ",21.15 MHz,3 kHz"]
+    path.write_text("\n".join(lines))
+    found = Resonances.from_file(path)
+    assert found.frequency.tolist() == [21.15e6, 36.7e6]
+    assert found.label == ("", "f11c")
+    assert found.uncertainty == pytest.approx([3e3, 2e4])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "found no data"),
+        ("label\nf01\n", "no column 'frequency'; it has label"),
+        ("frequency (MHz)\nabc\n", "line 2, frequency: found 'abc'"),
+        ("frequency (m)\n2\n", "another dimension"),
+        ("frequency\n-3\n", "greater than 0"),
+        ("frequency,label\n1,f01\n2,f01\n", "more than once"),
+    ],
+)
+def test_bad_file_gets_one_line(tmp_path, text, message):
+    path = tmp_path / "m.csv"
+    path.write_text(text)
+    with pytest.raises(FileError, match=message):
+        Resonances.from_file(path)
+
+
+def test_command_prints_and_writes_what_was_found(tmp_path, scene, capsys):
+    guess = tmp_path / "guess.toml"
+    guess.write_text(scene.to_toml())
+    data = "demos/drum-resonances.csv"
+    assert main(["identify", str(guess), data, "-o", str(tmp_path / "out")]) == 0
+    found = nanorom.Scene.from_file(tmp_path / "out" / "identified.toml")
+    assert found.tension.x == pytest.approx(PAPER["tension_x"], rel=0.02)
+    assert (tmp_path / "out" / "resonances.png").stat().st_size > 10_000
+    assert "f41c" in capsys.readouterr().out
