@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -39,12 +39,12 @@ def rows(quick: bool = False) -> Iterator[Row]:
 def drums(
     case: Case,
     tolerances: tuple[float, ...],
-    meshes: dict[int, tuple[float, ...]],
+    meshes: Mapping[int, tuple[float, ...]],
     routes: tuple[str, ...],
 ) -> Iterator[Row]:
     """nanorom: meshes of its own choice for tolerances, then given degrees and meshes."""
     geometry = case.scene.geometry
-    length = geometry.radius if isinstance(geometry, Disc) else getattr(geometry, "length")
+    length = geometry.radius if isinstance(geometry, Disc) else geometry.length  # type: ignore[union-attr]
     for route in routes:
         scene = case.scene.with_(method=route)
         for tolerance in tolerances:
@@ -57,7 +57,7 @@ def drums(
 
 
 def bare_dolfinx(
-    case: Case, meshes: dict[int, tuple[tuple[int, ...], tuple[int, ...]]]
+    case: Case, meshes: Mapping[int, tuple[tuple[int, ...], tuple[int, ...]]]
 ) -> Iterator[Row]:
     """P2 and P3 on straight and curved cells."""
     from nanorom.bench import dolfinx_drum
@@ -81,7 +81,7 @@ def bare_dolfinx(
                 yield measure.baseline(case, "DOLFINx", shape, degree, solve)
 
 
-def ngsolve(case: Case, meshes: dict[int, tuple[float, ...]]) -> Iterator[Row]:
+def ngsolve(case: Case, meshes: Mapping[int, tuple[float, ...]]) -> Iterator[Row]:
     """C0 interior penalty on curved cells, where NGSolve is installed."""
     if not ngsolve_drum.available():
         return

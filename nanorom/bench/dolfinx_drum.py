@@ -199,7 +199,8 @@ def _evaluate(mesh: Any, shapes: list[Any], points: Array) -> Array:
     candidates = compute(tree, x)
     hits = dolfinx.geometry.compute_colliding_cells(mesh, candidates, x)
     values = np.zeros((len(shapes), len(x)))
-    inside = np.array([len(hits.links(i)) > 0 for i in range(len(x))])  # straight meshes are smaller
+    # a mesh of straight cells does not cover the disc
+    inside = np.array([len(hits.links(i)) > 0 for i in range(len(x))])
     cells = np.array([hits.links(i)[0] for i in np.flatnonzero(inside)], dtype=np.int32)
     for i, shape in enumerate(shapes):
         values[i, inside] = shape.eval(x[inside], cells)[:, 0]

@@ -118,7 +118,10 @@ class Film:
         )
 
 
-def drum(kappa: float, count: int = 11, film: Film = Film()) -> Case:
+GRAPHENE = Film()
+
+
+def drum(kappa: float, count: int = 11, film: Film = GRAPHENE) -> Case:
     """Clamped drum with T R^2/D = kappa; infinite for a membrane."""
     membrane = bool(np.isinf(kappa))
     tension = film.modulus * film.thickness * 1e-4 if membrane else kappa * film.tension_unit
@@ -128,7 +131,7 @@ def drum(kappa: float, count: int = 11, film: Film = Film()) -> Case:
     return Case(name, scene, *film.in_si(solution, tension if membrane else film.tension_unit))
 
 
-def unequal_drum(kappa_x: float, kappa_y: float, count: int = 11, film: Film = Film()) -> Case:
+def unequal_drum(kappa_x: float, kappa_y: float, count: int = 11, film: Film = GRAPHENE) -> Case:
     """Clamped drum under different tensions along x and y."""
     unit = film.tension_unit
     scene = film.scene(Tension(kappa_x * unit, kappa_y * unit), count)
@@ -139,7 +142,7 @@ def unequal_drum(kappa_x: float, kappa_y: float, count: int = 11, film: Film = F
 
 def paper_drum(count: int = 11) -> Case:
     """The graphene drum of the paper: E = 410 GPa, T_x = 0.321 and T_y = 0.257 N/m."""
-    unit = Film().tension_unit
+    unit = GRAPHENE.tension_unit
     case = unequal_drum(0.321 / unit, 0.257 / unit, count)
     return attrs.evolve(case, name="paper's drum")
 

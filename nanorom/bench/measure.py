@@ -117,4 +117,5 @@ def baseline(
 ) -> Row:
     """Row of another code: ``solve`` gives dofs, frequencies in Hz and the tensor in N/m^3."""
     (dofs, frequency, cubic), seconds, cpu = timed(solve)
-    return Row(case.name, code, route, degree, dofs, seconds, cpu, *case.errors_of(frequency, cubic))
+    errors = case.errors_of(frequency, cubic)
+    return Row(case.name, code, route, degree, dofs, seconds, cpu, *errors)

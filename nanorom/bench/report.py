@@ -60,7 +60,8 @@ def write_markdown(title: str, tables: Iterable[Sequence[Any]], path: Path, comm
             names = [field.name for field in attrs.fields(type(rows[0]))]
             lines += ["| " + " | ".join(n.replace("_", " ") for n in names) + " |"]
             lines += ["|" + "---|" * len(names)]
-            lines += ["| " + " | ".join(_cell(v) for v in attrs.astuple(row)) + " |" for row in rows]
+            cells = ([_cell(value) for value in attrs.astuple(row)] for row in rows)
+            lines += ["| " + " | ".join(row) + " |" for row in cells]
             lines += [""]
     with atomic_path(path) as temporary:
         temporary.write_text("\n".join(lines))
@@ -73,7 +74,7 @@ def _cell(value: Any) -> str:
 def conditions(command: str) -> list[str]:
     """Machine, date, load and command, as lines of Markdown."""
     load = ", ".join(f"{x:.2f}" for x in os.getloadavg())
-    now = datetime.datetime.now(datetime.timezone.utc)
+    now = datetime.datetime.now(datetime.UTC)
     return [
         f"* command: `{command}`",
         f"* date: {now:%Y-%m-%d}",

@@ -9,18 +9,23 @@ energy.  The in-plane displacement of every pair of modes is condensed harmonic 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import attrs
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, eigh
-from scipy.optimize import brentq, minimize, minimize_scalar
-from scipy.special import eval_jacobi, ive, jn_zeros, jv, jvp
+from scipy.ndimage import maximum_filter
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import ive, jn_zeros, jv, jvp
 
 Array = NDArray[np.float64]
 
 HIGHEST = 40  # nodal diameters that are searched for modes
 ANGLES = 128  # points around the drum: exact for products of four modes with p < 32
 RITZ = 26  # radial functions per harmonic
+ZOOMS = 7  # by 12 each, into the top of a shape
+NEGLIGIBLE = 1e-10  # of a membrane force: rounding, where a harmonic is absent
 HARMONICS = 22  # of the Ritz basis
 
 
@@ -190,34 +195,41 @@ class _Class:
 
     def _peak(self, coefficients: Array) -> float:
         """Signed value at the largest |phi| of the first quadrant."""
-        n = np.arange(RITZ)[:, None]
 
         def value(r: Array, theta: Array) -> Array:
             total = np.zeros((len(r), len(theta)))
             for p, part in zip(self.harmonics, coefficients.reshape(-1, RITZ)):
-                radial = part @ eval_jacobi(n, 2, p, 2 * r**2 - 1) * (1 - r**2) ** 2 * r**p
+                radial = part @ jacobi(RITZ, 2, p, 2 * r**2 - 1) * (1 - r**2) ** 2 * r**p
                 total += np.outer(radial, (np.sin if self.odd_y else np.cos)(p * theta))
             return total
 
         r, theta = np.linspace(0, 1, 120), np.linspace(0, np.pi / 2, 61)
         size = np.abs(value(r, theta))
-        near_r, near_theta = np.nonzero(size > 0.999 * size.max())
-        first = near_theta.argmin()
-        best = minimize(
-            lambda y: -abs(value(y[:1], y[1:])[0, 0]),
-            (r[near_r[first]], theta[near_theta[first]]),
-            method="Nelder-Mead",
-            options={"xatol": 1e-9, "fatol": 0.0, "maxiter": 200},
-        )
-        return float(value(best.x[:1], best.x[1:])[0, 0])
+        tops = (size == maximum_filter(size, 3)) & (size > 0.999 * size.max())
+        # the centre is a whole column of equal values
+        j, i = np.nonzero(tops.T)  # sorted by angle
+        start = np.column_stack([r[i], theta[j]])[np.append(True, (i[1:] > 0))]
+        values = np.array([self._climbed(value, top) for top in start])
+        return float(np.sign(values[0]) * np.abs(values).max())
+
+    @staticmethod
+    def _climbed(value: Callable[[Array, Array], Array], top: Array) -> float:
+        """Value at the extremum near a point of a grid of 120 x 61."""
+        width = 1.5 * np.array([1 / 119, np.pi / 120])
+        for _ in range(ZOOMS):
+            grids = [t + w * np.linspace(-1, 1, 41) for t, w in zip(top, width)]
+            values = value(*grids)
+            best = np.unravel_index(np.abs(values).argmax(), values.shape)
+            top = np.array([grid[i] for grid, i in zip(grids, best)])
+            width = width / 12
+        return float(values[best])
 
 
 def _ritz(p: int, r: Array) -> Array:
     """W, W', W/r and the Laplacian of W cos(p theta), (4, RITZ, nr)."""
-    n = np.arange(RITZ)[:, None]
     s, x = r**2, 2 * r**2 - 1
     q, dq, d2q = (
-        jacobi_derivative(n, 2, p, x, k) * 2.0**k for k in range(3)
+        jacobi(RITZ, 2, p, x, k) * 2.0**k for k in range(3)
     )  # derivatives in s = r^2
     f, df, d2f = (1 - s) ** 2, -2 * (1 - s), 2.0
     g, dg, d2g = f * q, df * q + f * dq, d2f * q + 2 * df * dq + f * d2q
@@ -228,13 +240,22 @@ def _ritz(p: int, r: Array) -> Array:
     return np.stack([power * g, first, power / r * g, laplace])
 
 
-def jacobi_derivative(n: Array, a: float, b: float, x: Array, order: int) -> Array:
-    """Derivatives of the Jacobi polynomials P_n^(a,b)(x)."""
-    factor = np.ones_like(n, dtype=float)
+def jacobi(size: int, a: float, b: float, x: Array, order: int = 0) -> Array:
+    """Derivatives of the Jacobi polynomials P_n^(a,b)(x), n < size: (size, *x.shape)."""
+    n = np.arange(size, dtype=float)
+    factor = np.ones(size)
     for k in range(order):
-        factor = factor * 0.5 * (n + a + b + 1 + k)
-    values = eval_jacobi(np.maximum(n - order, 0), a + order, b + order, x)
-    return np.where(n >= order, factor * values, 0.0)
+        factor *= 0.5 * (n + a + b + 1 + k)
+    a, b = a + order, b + order
+    values = np.ones((size + 2, *x.shape))
+    values[1] = 0.5 * (a + b + 2) * x + 0.5 * (a - b)
+    for m in range(2, size):
+        c = 2 * m + a + b
+        values[m] = (c - 1) * (c * (c - 2) * x + a**2 - b**2) * values[m - 1]
+        values[m] -= 2 * (m + a - 1) * (m + b - 1) * c * values[m - 2]
+        values[m] /= 2 * m * (m + a + b) * (c - 2)
+    shifted = np.concatenate([np.zeros((order, *x.shape)), values])[:size]
+    return factor.reshape(-1, *(1,) * x.ndim) * shifted
 
 
 def _angles() -> Array:
@@ -268,7 +289,7 @@ def _condensed(slopes: Array, radial: Radial, nu: float) -> Array:
     largest = np.abs(harmonics).max()
     for m in range(ANGLES // 2):
         amplitude = harmonics[..., m]
-        if np.abs(amplitude).max() > 1e-15 * largest:
+        if np.abs(amplitude).max() > NEGLIGIBLE * largest:  # its energy is the square
             energy -= _relaxed(m, amplitude, radial, nu)
     products = np.zeros((n_modes,) * 4)
     for a, b in ((j, k), (k, j)):
@@ -305,8 +326,8 @@ def _relaxed(m: int, force: NDArray[np.complex128], radial: Radial, nu: float) -
 
 def _in_plane(q: int, radial: Radial) -> tuple[Array, Array]:
     """(1 - r^2) r^q P_n^(1,q)(2 r^2 - 1) and its derivative in r, (functions, nr) each."""
-    n, r = np.arange(radial.functions)[:, None], radial.r
+    r = radial.r
     s, x = r**2, 2 * r**2 - 1
-    poly, slope = (jacobi_derivative(n, 1, q, x, k) * 2.0**k for k in (0, 1))
+    poly, slope = (jacobi(radial.functions, 1, q, x, k) * 2.0**k for k in (0, 1))
     g, dg = (1 - s) * poly, (1 - s) * slope - poly
     return r**q * g, r**q * 2 * r * dg + q * r ** (q - 1.0) * g

@@ -120,7 +120,8 @@ def poor_triangles(quick: bool) -> Iterator[Trial]:
                 geometry=MeshFile(file=file, scale=side),
                 accuracy=Accuracy(degree=8, mesh_size=side),
             )
-            yield trial("height of slivers/side", f"{thin:g}", exact.with_scene(square, scene), None)
+            case = exact.with_scene(square, scene)
+            yield trial("height of slivers/side", f"{thin:g}", case, None)
 
 
 def write_slivers(file: Path, thin: float, cells: int = 4) -> None:
@@ -185,7 +186,7 @@ def trial(
     if tolerance is not None:
         case = exact.with_tolerance(case, tolerance)
     row = measure.reduction(case, repeats=0)
-    ratio = row.estimate / max(row.error, np.finfo(float).eps)
+    ratio = row.estimate / max(row.error, accuracy.ROUNDING)
     claimed = tolerance is None or bool(row.estimate <= tolerance)
     verdict = accuracy.verdict(row, np.inf if tolerance is None else tolerance, ratio, claimed)
     return Trial(

@@ -66,29 +66,30 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     of the film, and one right-hand side and back-substitution per pair; that of STEP one
     factorisation, and one residual and back-substitution per load case.  Processor times.
     """
-    from nanorom.fem import algebra, compat, condensation, discretisation, reduce
+    import ufl
+    from mpi4py import MPI
+
+    from nanorom.fem import algebra, compat, condensation, discretisation, membrane, reduce
     from nanorom.fem import modes as eigen
+    from nanorom.fem.scales import Scales
+    from nanorom.fem.shapes import normalise
 
     size = exact.RADIUS * np.sqrt(np.pi / 4 * degree**2 / 2 / dofs)
     case = exact.by_hand(exact.paper_drum(), degree, exact.RADIUS / size, exact.RADIUS)
-    scales = reduce.Scales.of(case.scene)
+    scales = Scales.of(case.scene)
     layer = float(np.sqrt(scales.bending))
     chosen = discretisation.choose(case.scene, scales.length, layer, None)
-    from mpi4py import MPI
-
     plate = reduce.build_plate(MPI.COMM_SELF, case.scene, scales, chosen)
     clock = _Clock()
     modes = eigen.solve(plate, 11)
     modes, _ = reduce.name(case.scene, modes)
-    modes = modes.take(np.arange(11))
+    modes = normalise(modes.take(np.arange(11)))
     modal = clock.lap()
     stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
     assembly = clock.lap()
-    free = condensation.in_plane_free(plate, plate.mirrors.even)
+    free = membrane.free_dofs(plate, plate.mirrors.even)
     factors = algebra.Factorization(free.restrict(stiffness), "nanorom_bench_", "stiffness")
     factorisation = clock.lap()
-    import ufl
-
     plate.w.x.array[:] = modes.shapes[:, 0]
     plate.u.x.array[:] = 0.0
     energy = plate.stretching_energy(plate.u, plate.w)
@@ -115,13 +116,15 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     direct = clock.lap()
     unit = assembly + factorisation + 66 * (one_load + one_solve)
     yield Figure("direct, 11 modes", direct, "s")
-    yield Figure("direct / (one factorisation + 66 loads and back-substitutions)", direct / unit, "")
+    name = "direct / (one factorisation + 66 loads and back-substitutions)"
+    yield Figure(name, direct / unit, "")
     clock.lap()
     reduce.tensors(case.scene.with_(method="step"), scales, modes, reduce.Stopwatch(None))
     step = clock.lap()
     unit = assembly + factorisation + 352 * (one_load + one_solve + one_reaction)
     yield Figure("STEP, 11 modes", step, "s")
-    yield Figure("STEP / (one factorisation + 352 residuals and back-substitutions)", step / unit, "")
+    name = "STEP / (one factorisation + 352 residuals and back-substitutions)"
+    yield Figure(name, step / unit, "")
 
 
 def _dofs(plate: object) -> float:

@@ -26,6 +26,8 @@ def told(plate: Plate, tension: Tension) -> str:
             "the flat state is not stable: a membrane has no stiffness under compression; "
             "raise the tension or give the film bending stiffness (plate.model)"
         )
+    if plate.prestress is not None or plate.shape is not None or plate.attraction is not None:
+        return "the static state is not stable under its load; lower the load or raise the tension"
     factor = critical_factor(plate)
     x, y = factor * tension.x, factor * tension.y
     values = f"{x:.8g} N/m" if x == y else f"{x:.8g} N/m along x and {y:.8g} N/m along y"
