@@ -232,7 +232,7 @@ def _check(scene: Scene) -> None:
     """Raise SceneError unless one dimension is enough for a scene."""
     if scene.geometry.shape != "string":
         raise SceneError(
-            f'plate.model: found beam for a {scene.geometry.shape}; allowed: geometry.shape "string"'
+            f"plate.model: found beam for a {scene.geometry.shape}; allowed: for a string only"
         )
     held = scene.supports
     for side, free in (("left", False), ("right", False), ("bottom", True), ("top", True)):

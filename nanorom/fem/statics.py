@@ -121,6 +121,11 @@ class StaticProblem:
             self._full.axpy(1.0, self._constant, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         self._full.createSubMatrix(self.free.set, self.free.set, self.stiffness)
 
+    def full_stiffness(self) -> PETSc.Mat:
+        """dR/dx on all degrees of freedom, supported ones included. Collective."""
+        self.assemble_stiffness()
+        return self._full
+
     def norm(self, values: np.ndarray) -> float:
         """Euclidean norm over all ranks."""
         return float(np.sqrt(self.comm.allreduce(values @ values)))

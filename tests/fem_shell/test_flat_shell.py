@@ -1,0 +1,67 @@
+"""The shell as a flat drum: its modes and coefficients tend to the plate's as h/R goes to 0."""
+
+import numpy as np
+import pytest
+from dolfinx import fem
+from mpi4py import MPI
+
+from nanorom.fem import condensation, discretisation, loaded, shellcases
+from nanorom.fem.shapes import normalise
+from nanorom.fem.shell import Shell, surface
+from tests.fem_loaded.drums import drum
+
+NU, BENDING, DEGREE = 0.3, 0.3, 5
+THICKNESSES = (0.04, 0.02)  # of the radius
+PLATEAU = 1e-3  # change of b111 when the amplitude is halved
+
+
+def shell_modes(thickness, count):
+    """A drum of tension 1 and bending stiffness BENDING, whatever its thickness."""
+    parameters = {"rings": 2, "sectors": 16, "quadrants": 4}
+
+    def place(x):
+        return np.column_stack([x, np.zeros(len(x))])
+
+    file = discretisation.MESHES / "drum.geo"
+    shell = Shell(surface(MPI.COMM_WORLD, file, parameters, DEGREE, place), DEGREE)
+    shell.thickness.value = thickness
+    shell.nu.value = NU
+    shell.pre_tension.value = 1.0
+    stretch = 12 * (1 - NU**2) * BENDING / thickness**2
+    shell.youngs_modulus.value = stretch / thickness
+
+
+    nodes = fem.locate_dofs_topological(shell.space, 1, shell.domain.facets_of(["edge"]))
+    fixed = (6 * nodes[:, None] + np.arange(6)).ravel()
+    return shellcases.solve(shell, fixed, count), stretch
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return normalise(loaded.solve(drum(BENDING, degree=DEGREE, mirrors=(), nu=NU), 1))
+
+
+def test_frequency_and_cubic_coefficient_tend_to_the_plates(plate):
+    cubic, _ = condensation.cubic_tensor(plate.take(np.arange(1)))
+    exact = np.array([np.sqrt(plate.eigenvalues[0]), cubic[0, 0, 0, 0]])
+    deviations = []
+    for thickness in THICKNESSES:
+        modes, stretch = shell_modes(thickness, 1)
+        result = shellcases.step(modes, 0.2 * thickness)
+        found = np.array([np.sqrt(modes.eigenvalues[0]), result.cubic[0, 0, 0, 0] / stretch])
+        deviations.append(np.abs(found / exact - 1))
+    thick, thin = deviations
+    assert np.all(thin < 0.01)
+    # of order h^2: shear flexibility and rotations
+    assert np.all(np.log2(thick / thin) > 1.5)
+
+
+def test_amplitude_is_on_the_plateau_and_truncation_is_told():
+    modes, _ = shell_modes(0.02, 2)
+    large, small = (shellcases.step(modes, a * 0.02) for a in (0.2, 0.1))
+    assert large.cubic == pytest.approx(small.cubic, abs=PLATEAU * np.abs(small.cubic).max())
+    assert small.asymmetry < 1e-4
+    missed = [shellcases.truncation(modes, small, a * 0.02) for a in (1.0, 2.0)]
+    assert missed[0] < 0.01
+    # the next term of the force is of two orders more
+    assert np.log2(missed[1] / missed[0]) == pytest.approx(2.0, abs=0.3)
