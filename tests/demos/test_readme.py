@@ -23,15 +23,14 @@ def block(language: str) -> str:
     return found[0]
 
 
-def test_python_example_does_the_whole_job(tmp_path, monkeypatch, capsys):
+def test_ten_lines_of_python_do_the_whole_job(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names: dict = {}
     exec(compile(block("python"), "README.md", "exec"), names)
     assert {path.name for path in tmp_path.iterdir()} == {"rom.h5", "modes.png", "response.png"}
     assert names["model"].frequency[0] == pytest.approx(PAPER_F01, rel=FREQUENCY_TOLERANCE)
-    frequency, folds = capsys.readouterr().out.splitlines()
-    assert frequency.startswith("2115119")
-    assert len(names["response"].diagrams[-1].points("LP")) == folds.count(",") + 1 == 2
+    assert len(names["response"].diagrams[-1].points("LP")) == 2
+    assert len([line for line in block("python").splitlines() if line.strip()]) == 10
 
 
 def test_scene_is_that_of_the_drum_demo():
