@@ -1,0 +1,49 @@
+"""Nonlinear coefficients of a drum, a string and a rectangle (the paper's Supplement II).
+
+For each device the modal equations are, with max |phi| = 1 and q in m,
+
+    m_r q_r'' + c_r q_r' + k_r q_r + sum_jk alpha_jk q_j q_k + sum_jkl b_jkl q_j q_k q_l = F_r
+
+with sums over j <= k and j <= k <= l.  A flat film has no alpha, and most of its b vanish by
+symmetry.  The force derives from a potential, so that b112 of equation 1 is 3 b111 of equation 2.
+
+    python demos/coefficients.py [DIRECTORY]     leaves DEVICE.csv (all) and DEVICE.tex (non-zero)
+"""
+
+import sys
+from pathlib import Path
+
+import nanorom
+from nanorom import tables
+from nanorom.files import make_directory
+
+DEVICES = {"drum": 7, "string": 4, "rectangle": 6}  # modes; the paper's Table 4 has seven
+TITLES = {
+    "drum": "experimental graphene drum, T_x = 0.321 and T_y = 0.257 N/m",
+    "string": "silicon-nitride string, 300 um x 3 um x 100 nm",
+    "rectangle": "silicon-nitride rectangle, 1 mm x 0.7 mm x 50 nm",
+}
+
+
+def main(directory="results/coefficients"):
+    """Print the tables and write the files; return the models by device."""
+    make_directory(directory)
+    models = {}
+    for device, count in DEVICES.items():
+        scene = nanorom.Scene.from_file(Path(__file__).with_name(f"{device}.toml"))
+        models[device] = model = nanorom.reduce(scene.with_(modes=count))
+        print(f"== {TITLES[device]}\n")
+        print("r  mode     frequency (Hz)    m_r (kg)   k_r (N/m)")
+        for r, label in enumerate(model.label):
+            numbers = f"{model.frequency[r]:16.8e} {model.mass[r]:11.4e}"
+            print(f"{r + 1}  {label:6} {numbers} {model.stiffness[r, r]:11.4e}")
+        print(f"\n{tables.CoefficientTable.of(model, 2).text()}\n")
+        print(f"{tables.CoefficientTable.of(model, 3).text()}\n")
+        tables.write_csv(model, Path(directory) / f"{device}.csv")
+        tables.write_latex(model, Path(directory) / f"{device}.tex")
+    print(f"files in {directory}: CSV with all coefficients in three normalisations, LaTeX")
+    return models
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
