@@ -64,7 +64,7 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
         ):
             pass
     except SolverError as error:
-        raise SolverError(_explained(scene.load, error)) from error
+        raise SolverError(explained(scene.load, error)) from error
     about = film.about(load, 1.0)
     return StaticState(about, film.deflection(), mean_tension(about))
 
@@ -86,7 +86,7 @@ def load_on(film: Film, load: Load, units: Units) -> films.Load:
     return total
 
 
-def _explained(load: Load, error: SolverError) -> str:
+def explained(load: Load, error: SolverError) -> str:
     """What the load case's failure means for the scene's load."""
     words = str(error).split()
     reached = float(words[words.index("load", 4) + 1]) if "stopped at load" in str(error) else 0.0

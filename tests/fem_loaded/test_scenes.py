@@ -6,7 +6,10 @@ import pytest
 from nanorom.errors import SceneError, SolverError
 from nanorom.fem import reduce_scene
 from nanorom.fem.discretisation import MESHES
+from nanorom.fem.tuning import tune
 from nanorom.load import VACUUM_PERMITTIVITY, Load
+from nanorom.loadcurve import LoadCurve
+from nanorom.plots.loads import load_curve
 from nanorom.rom import ReducedModel
 from nanorom.scene import (
     Accuracy,
@@ -132,3 +135,23 @@ def test_fixed_in_plane_displacement_needs_a_flat_film():
 def test_bad_loads_name_the_key(table, key):
     with pytest.raises(SceneError, match=key):
         Load(**table)
+
+
+def test_gate_first_softens_then_stiffens_the_drum(tmp_path):
+    """A curve by continuation from state to state; each state is that of its own scene."""
+    gap = 3 * UNIT
+    scale = np.sqrt(TENSION * UNIT**3 / (VACUUM_PERMITTIVITY * RADIUS**2))
+    by_hand = Accuracy(degree=6, mesh_size=RADIUS / 2)
+    scene = drum(Load(voltage=9 * scale, gap=gap), accuracy=by_hand, modes=Modes(count=1))
+    curve = tune(scene, "voltage", scale * np.array([1e-3, 2.0, 6.0, 9.0]))
+    flat, soft, stiff, _ = curve.frequency[:, 0]
+    assert soft < flat < stiff
+    assert reduce_scene(scene).frequency[0] == pytest.approx(curve.frequency[-1, 0], rel=1e-6)
+    curve.save_csv(tmp_path / "curve.csv")
+    table = np.loadtxt(tmp_path / "curve.csv", delimiter=",", skiprows=1)
+    assert table[:, 3] == pytest.approx(curve.frequency[:, 0])
+    curve.save(tmp_path / "curve.h5")
+    read = LoadCurve.load_file(tmp_path / "curve.h5")
+    assert read.centre == pytest.approx(curve.centre)
+    load_curve(read, tmp_path / "curve.png")
+    assert (tmp_path / "curve.png").stat().st_size > 10_000
