@@ -200,7 +200,8 @@ class _Class:
             total = np.zeros((len(r), len(theta)))
             for p, part in zip(self.harmonics, coefficients.reshape(-1, RITZ)):
                 radial = part @ jacobi(RITZ, 2, p, 2 * r**2 - 1) * (1 - r**2) ** 2 * r**p
-                total += np.outer(radial, (np.sin if self.odd_y else np.cos)(p * theta))
+                turn = np.sin(p * theta) if self.odd_y else np.cos(p * theta)
+                total += np.outer(radial, turn)
             return total
 
         r, theta = np.linspace(0, 1, 120), np.linspace(0, np.pi / 2, 61)

@@ -74,7 +74,7 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     from nanorom.fem.scales import Scales
     from nanorom.fem.shapes import normalise
 
-    size = exact.RADIUS * np.sqrt(np.pi / 4 * degree**2 / 2 / dofs)
+    size = exact.RADIUS * np.sqrt(0.73 * degree**2 / dofs)
     case = exact.by_hand(exact.paper_drum(), degree, exact.RADIUS / size, exact.RADIUS)
     scales = Scales.of(case.scene)
     layer = float(np.sqrt(scales.bending))
