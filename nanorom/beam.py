@@ -20,7 +20,7 @@ from nanorom.errors import SceneError, SolverError
 
 if TYPE_CHECKING:
     from nanorom.rom import ReducedModel, Shapes
-    from nanorom.scene import Scene
+    from nanorom.scene import Scene, String
 
 Array = NDArray[np.float64]
 
@@ -187,8 +187,8 @@ def reduce_beam(scene: Scene) -> ReducedModel:
     """
     from nanorom.rom import ReducedModel
 
-    _check(scene)
-    geometry, material, h = scene.geometry, scene.material, scene.plate.thickness
+    geometry = _string(scene)
+    material, h = scene.material, scene.plate.thickness
     length, width = geometry.length, geometry.width
     area = width * h
     held = scene.supports
@@ -228,9 +228,11 @@ def reduce_beam(scene: Scene) -> ReducedModel:
     )
 
 
-def _check(scene: Scene) -> None:
-    """Raise SceneError unless one dimension is enough for a scene."""
-    if scene.geometry.shape != "string":
+def _string(scene: Scene) -> String:
+    """The scene's string; raises SceneError unless one dimension is enough for it."""
+    from nanorom.scene import String
+
+    if not isinstance(scene.geometry, String):
         raise SceneError(
             f"plate.model: found beam for a {scene.geometry.shape}; allowed: for a string only"
         )
@@ -243,6 +245,7 @@ def _check(scene: Scene) -> None:
             )
     if scene.load is not None:
         raise SceneError("load: found beside plate.model = beam; allowed: plate or membrane")
+    return scene.geometry
 
 
 def _strip(found: BeamModes, index: NDArray[np.int64], width: float) -> Shapes:

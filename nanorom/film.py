@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -13,12 +14,28 @@ from nanorom.errors import SceneError
 KINDS = ("clamped", "simply_supported", "free")
 
 
+def _shape_file(value: Any) -> Path | None:
+    key = "plate.initial_shape"
+    if value is None:
+        return None
+    if not isinstance(value, (str, Path)) or str(value) == "":
+        raise v.wrong(key, value, "the name of a table of x, y, z in m")
+    if not Path(value).is_file():
+        raise SceneError(f"{key}: found '{value}'; there is no such file")
+    return Path(value)
+
+
 @attrs.frozen
 class Plate:
-    """The film's thickness and model: membrane (no bending), plate (Kirchhoff), beam or auto."""
+    """The film's thickness, model and shape.
+
+    model: membrane (no bending), plate (Kirchhoff), beam or auto; initial_shape: table with
+    columns x, y and height z in m of the film before tension and load act, on any points.
+    """
 
     thickness: float = v.quantity("plate.thickness", "m")
     model: str = v.choice("plate.model", ("auto", "membrane", "plate", "beam"), default="auto")
+    initial_shape: Path | None = v.custom("plate.initial_shape", _shape_file, default=None)
 
 
 @attrs.frozen

@@ -174,12 +174,17 @@ class Scene:
             raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
         if self.damping is not None:
             self.damping.per_mode(len(self.modes.numbers))
-        if self.load is not None and self.reduction.in_plane == "fixed":
+        if not self.flat and self.reduction.in_plane == "fixed":
             raise SceneError(
-                "reduction.in_plane: found fixed beside [load]; allowed: free, as a film that is "
-                "not flat moves in its plane already in its linear modes"
+                "reduction.in_plane: found fixed for a film that is not flat; allowed: free, as "
+                "such a film moves in its plane already in its linear modes"
             )
         check_complete(self.damping, self.drive, self.sweep)
+
+    @property
+    def flat(self) -> bool:
+        """Neither a load nor an initial shape takes the film out of its plane."""
+        return self.load is None and self.plate.initial_shape is None
 
     @property
     def supports(self) -> dict[str, str]:
@@ -216,6 +221,10 @@ class Scene:
         for name in ("geometry", "plate", "material", "modes"):
             if name not in document:
                 raise SceneError(f"{name}: missing section [{name}]")
+        plate = document["plate"]
+        if isinstance(plate.get("initial_shape"), str) and plate["initial_shape"]:
+            path = str(Path(directory) / plate["initial_shape"])
+            document = {**document, "plate": {**plate, "initial_shape": path}}
         given: dict[str, Any] = {}
         for name, table in document.items():
             if name == "geometry":

@@ -193,6 +193,12 @@ def solve_to_tolerance(comm: MPI.Comm, plan: Plan, watch: Stopwatch) -> Solution
     return best
 
 
+def is_symmetric(scene: Scene) -> bool:
+    """The static state has every mirror that the flat film has."""
+    centred = scene.load is None or scene.load.centred
+    return centred and scene.plate.initial_shape is None
+
+
 def can_refine(scene: Scene) -> bool:
     """Whether a finer mesh can be made: not from a mesh that is given as such."""
     geometry = scene.geometry
@@ -202,15 +208,15 @@ def can_refine(scene: Scene) -> bool:
 def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> Solution:
     """Modes and tensors on one mesh, with estimates of their errors. Collective."""
     scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
-    if scene.load is not None:
+    if not scene.flat:
         # a static load case of STEP mixes modes of every parity: it needs the whole film
-        whole = not scene.load.centred or scene.reduction.method != "direct"
+        whole = not is_symmetric(scene) or scene.reduction.method != "direct"
         chosen = attrs.evolve(chosen, whole=whole)
     with watch.stage("mesh"):
         plate = build_plate(comm, scene, scales, chosen)
     units = state.Units.of(scene, scales.length, scales.tension)
     static = state.StaticState(plate)
-    if scene.load is not None or pulls_at_free_edge(plate):
+    if not scene.flat or pulls_at_free_edge(plate):
         with watch.stage("static state"):
             static = state.solve(scene, units, plate)
             layer = np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending))
@@ -313,7 +319,7 @@ def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
     """Orient degenerate modes and name all of them by the scene's shape. Collective."""
     if isinstance(scene.geometry, Disc):
         isotropic = scene.tension.x == scene.tension.y
-        return labels.name_drum(modes, isotropic and (scene.load is None or scene.load.centred))
+        return labels.name_drum(modes, isotropic and is_symmetric(scene))
     if isinstance(scene.geometry, Rectangle):
         free = {side: kind == "free" for side, kind in scene.supports.items()}
         return labels.name_rectangle(

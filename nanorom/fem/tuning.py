@@ -50,7 +50,7 @@ def tune(
     rows = []
     try:
         for point in statics.load_steps(
-            problem, shares, lambda _: films.admissible(film, unit_load)
+            problem, [float(s) for s in shares], lambda _: films.admissible(film, unit_load)
         ):
             w = film.deflection()
             centre = films.centre_value(plate, w)

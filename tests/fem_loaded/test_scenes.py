@@ -155,3 +155,27 @@ def test_gate_first_softens_then_stiffens_the_drum(tmp_path):
     assert read.centre == pytest.approx(curve.centre)
     load_curve(read, tmp_path / "curve.png")
     assert (tmp_path / "curve.png").stat().st_size > 10_000
+
+
+def test_measured_shape_from_a_file_gives_marguerres_film(tmp_path):
+    """A film made in the shape that pressure gives a flat one stiffens, and tells its sides."""
+    axis = np.linspace(-1.01, 1.01, 81) * RADIUS
+    x, y = (each.ravel() for each in np.meshgrid(axis, axis))
+    height = 5 * THICKNESS * np.maximum(1 - (x**2 + y**2) / RADIUS**2, -0.1)
+    np.savetxt(tmp_path / "bulge.csv", np.column_stack([x, y, height]), delimiter=",")
+    text = drum(None, accuracy=Accuracy(degree=5, mesh_size=RADIUS / 2)).to_toml()
+    text = text.replace("[plate]\n", '[plate]\ninitial_shape = "bulge.csv"\n')
+    scene = Scene.from_toml(text, tmp_path)
+    model = reduce_scene(scene)
+    flat = reduce_scene(drum(None, accuracy=Accuracy(degree=5, mesh_size=RADIUS / 2)))
+    assert model.frequency[0] > flat.frequency[0]
+    assert model.asymmetry < 1e-6
+    # the tension pulls the bulge flatter
+    assert model.static["centre_deflection"] < 0
+    stepped = reduce_scene(
+        Scene.from_toml(text, tmp_path).with_(
+            reduction=Reduction(method="step", amplitude="0.1 nm")
+        )
+    )
+    largest = np.abs(model.quadratic).max()
+    assert stepped.quadratic == pytest.approx(model.quadratic, abs=ROUTES * largest)
