@@ -17,7 +17,7 @@ from nanorom import validation as v
 from nanorom.errors import SceneError
 
 # pattern -> unit of its level
-DIRECT_PATTERNS = {"pressure": "Pa"}
+DIRECT_PATTERNS = {"pressure": "Pa", "spot": "Pa", "point": "N"}
 PARAMETRIC_PATTERNS = {"tension": "N/m", "paper": "Pa/m"}
 MOST_LEVELS = 100
 DEEPEST = 5
@@ -57,7 +57,9 @@ def _levels(value: Any, unit: str, key: str) -> tuple[float, ...]:
 class Drive:
     """Levels of the direct and the parametric drive, and what they act on.
 
-    direct: amplitude of a uniform pressure in Pa.
+    direct: amplitude of a uniform pressure in Pa (pattern "pressure"), of a Gaussian spot of light
+        in Pa at its centre (pattern "spot": p exp(-2 d^2/radius^2) at a distance d from
+        ``position``), or of a force in N at ``position`` (pattern "point").
     parametric: amplitude of the isotropic tension modulation in N/m (pattern "tension"), or in
         Pa/m the gamma of Keskekler et al., F_r = J_r q_r gamma cos(omega t) (pattern "paper").
     The two lists go together level by level; a single value serves all levels of the other.
@@ -71,12 +73,15 @@ class Drive:
     parametric_pattern: str = v.choice(
         "drive.parametric_pattern", PARAMETRIC_PATTERNS, default="tension"
     )
+    position: tuple[float, ...] | None = v.quantities("drive.position", "m", v.ANY, default=None)
+    radius: float | None = v.quantity("drive.radius", "m", default=None)
 
     def __attrs_post_init__(self) -> None:
         for name, units in (("direct", DIRECT_PATTERNS), ("parametric", PARAMETRIC_PATTERNS)):
             unit = units[getattr(self, f"{name}_pattern")]
             levels = _levels(getattr(self, name), unit, f"drive.{name}")
             object.__setattr__(self, name, levels)
+        self._check_aim()
         n_direct, n_parametric = len(self.direct), len(self.parametric)
         if n_direct != n_parametric and min(n_direct, n_parametric) > 1:
             raise SceneError(
@@ -88,6 +93,17 @@ class Drive:
                 "drive: a level has neither direct nor parametric drive; "
                 "allowed: drive.direct or drive.parametric greater than 0 at every level"
             )
+
+    def _check_aim(self) -> None:
+        wanted = {"pressure": (), "spot": ("position", "radius"), "point": ("position",)}
+        pattern = self.direct_pattern
+        for name in ("position", "radius"):
+            given = getattr(self, name) is not None
+            if given != (name in wanted[pattern]):
+                what = "missing" if not given else "not used"
+                raise SceneError(f'drive.{name}: {what} with direct_pattern = "{pattern}"')
+        if self.position is not None and len(self.position) != 2:
+            raise v.wrong("drive.position", self.position, 'x and y such as ["1 um", "0 um"]')
 
     @property
     def levels(self) -> tuple[tuple[float, float], ...]:

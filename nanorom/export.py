@@ -16,8 +16,10 @@ from itertools import combinations_with_replacement, permutations
 from pathlib import Path
 from typing import Any
 
+import attrs
 import numpy as np
 
+from nanorom.aim import aimed
 from nanorom.continuation.system import Array, ModalSystem, symmetrise_cubic, symmetrise_quadratic
 from nanorom.errors import FileError, SceneError
 from nanorom.excitation import Damping, Drive, Excitation, Sweep
@@ -98,12 +100,8 @@ def export_model(
     if damping is not None:
         model = model.with_damping(damping)
     if direct is not None or parametric is not None:
-        drive = Drive(
-            direct or 0.0,
-            parametric or 0.0,
-            drive.direct_pattern if drive else "pressure",
-            drive.parametric_pattern if drive else "tension",
-        )
+        levels: dict[str, Any] = {"direct": direct or 0.0, "parametric": parametric or 0.0}
+        drive = attrs.evolve(drive, **levels) if drive else Drive(**levels)
         level = 1
     if omega is not None:
         sweep = Sweep(*omega)
@@ -112,6 +110,7 @@ def export_model(
         raise FileError(f"level: found {level}; the drive has levels 1 to {len(drive.levels)}")
     ends = sweep.hertz(float(model.frequency[0])) if sweep else None
     chosen = drive.levels[level - 1]
+    model = aimed(model, drive)
     return export(
         model.system(drive.direct_pattern, drive.parametric_pattern, damped=to == "auto"),
         to,

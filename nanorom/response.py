@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
+from nanorom.aim import aimed
 from nanorom.continuation import Diagram, explore_each
 from nanorom.excitation import Damping, Drive, Sweep
 from nanorom.rom import ReducedModel
@@ -84,7 +85,7 @@ def respond(
 
     if damping is not None:
         model = model.with_damping(damping)
-    system = model.system(drive.direct_pattern, drive.parametric_pattern)
+    system = aimed(model, drive).system(drive.direct_pattern, drive.parametric_pattern)
     start, stop = sweep.hertz(float(model.frequency[0]))
     omega = (2 * np.pi * start, 2 * np.pi * stop)
     options: dict[str, Any] = {"depth": sweep.depth, "tolerance": sweep.tolerance}

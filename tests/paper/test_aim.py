@@ -1,0 +1,92 @@
+"""Modal forces of spots and points, from the shapes in the model."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import j0, j1, jn_zeros
+
+import nanorom
+from nanorom import aim
+from nanorom.errors import ModelError, SceneError
+from nanorom.excitation import Drive, Sweep
+
+RADIUS = 2.5e-6
+SHAPES_TOLERANCE = 2e-3  # linear triangles of the drawn shapes, relative to the J of f01
+
+
+@pytest.fixture(scope="module")
+def model():
+    scene = nanorom.Scene(
+        geometry=nanorom.Disc(radius=RADIUS),
+        plate=nanorom.Plate(thickness="10 nm", model="membrane"),
+        material=nanorom.Material(410e9, 0.16, 2267),
+        tension=nanorom.Tension.isotropic(0.3),
+        modes=nanorom.Modes(count=6),
+        damping=nanorom.Damping(100),
+    )
+    return nanorom.reduce(scene)
+
+
+def test_spot_at_the_centre_is_an_integral_of_bessel_functions(model):
+    width = 0.4 * RADIUS
+    found = aim.spot(model.shapes, (0.0, 0.0), width)
+    largest = quad(lambda r: j0(jn_zeros(0, 1)[0] * r) * _intensity(r) * r, 0, 1)[0]
+    for label, zero in zip(("f01", "f02"), jn_zeros(0, 2)):
+        exact = quad(lambda r, z=zero: j0(z * r) * _intensity(r) * r, 0, 1)[0]
+        difference = found[model.label.index(label)] / (2 * np.pi * RADIUS**2) - exact
+        assert abs(difference) < SHAPES_TOLERANCE * largest
+    others = [r for r, label in enumerate(model.label) if label not in ("f01", "f02")]
+    assert np.abs(found[others]).max() < SHAPES_TOLERANCE * found[0]
+
+
+def _intensity(r):
+    return np.exp(-2 * r**2 / 0.4**2)
+
+
+def test_wide_spot_is_a_uniform_pressure(model):
+    pressure = model.drive["pressure"]
+    found = aim.spot(model.shapes, (0.3 * RADIUS, 0.0), 1e3 * RADIUS)
+    assert found == pytest.approx(pressure, abs=SHAPES_TOLERANCE * pressure[0])
+
+
+def test_point_gives_the_shapes_there(model):
+    x = 0.37 * RADIUS
+    found = aim.point(model.shapes, (x, 0.0))
+    zero = jn_zeros(1, 1)[0]
+    peak = j1(1.8411837813)  # the maximum of J1
+    expected = {"f01": j0(jn_zeros(0, 1)[0] * 0.37), "f11c": j1(zero * 0.37) / peak, "f11s": 0.0}
+    for label, value in expected.items():
+        assert found[model.label.index(label)] == pytest.approx(value, abs=2e-3)
+
+
+def test_off_centre_spot_drives_modes_that_pressure_does_not(model):
+    """The response to small drive is J/(c omega) at resonance, in every mode."""
+    drive = Drive("1 mPa", direct_pattern="spot", position=["0.8 um", "0.5 um"], radius="1 um")
+    force = aim.spot(model.shapes, drive.position, drive.radius)
+    mode = model.label.index("f11s")
+    assert abs(model.drive["pressure"][mode]) < 1e-6 * model.drive["pressure"][0]
+    f = model.frequency[mode]
+    response = nanorom.respond(model, drive, Sweep(0.95 * f, 1.05 * f), processes=1)
+    peak = max(branch.amplitude[:, mode].max() for branch in response.diagrams[0].branches)
+    expected = 1e-3 * abs(force[mode]) / (model.damping[mode, mode] * 2 * np.pi * f)
+    assert peak == pytest.approx(expected, rel=1e-2)
+
+
+def test_drive_that_is_not_aimed_well_is_refused(model, make_model):
+    with pytest.raises(SceneError, match='position: missing with direct_pattern = "spot"'):
+        Drive(1.0, direct_pattern="spot", radius=1e-6)
+    with pytest.raises(SceneError, match='radius: not used with direct_pattern = "point"'):
+        Drive(1.0, direct_pattern="point", position=[0, 0], radius=1e-6)
+    with pytest.raises(SceneError, match="x and y"):
+        Drive(1.0, direct_pattern="point", position=[0])
+    with pytest.raises(SceneError, match="not on the film"):
+        aim.aimed(model, Drive(1.0, direct_pattern="point", position=[3e-6, 0]))
+    with pytest.raises(ModelError, match="no mode shapes"):
+        aim.aimed(make_model(2, shapes=None), Drive(1.0, direct_pattern="point", position=[0, 0]))
+
+
+def test_aimed_drive_survives_the_scene_file(model):
+    scene = nanorom.Scene.from_toml(model.scene)
+    drive = Drive("2 Pa", direct_pattern="spot", position=["1 um", "-1 um"], radius="0.5 um")
+    scene = scene.with_(drive=drive, sweep=Sweep("0.9 f1", "1.1 f1"))
+    assert nanorom.Scene.from_toml(scene.to_toml()) == scene
