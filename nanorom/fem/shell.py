@@ -111,6 +111,19 @@ class Shell:
         density = 0.5 * e * h * density + self.pre_tension * ufl.tr(membrane)
         return density * self.dx()
 
+    def follower_pressure(self) -> Any:
+        """Load form of a unit pressure along the normal of the deformed mid-surface.
+
+        n da = (g_1 x g_2) dxi with the deformed base vectors g; without a potential where an edge
+        is free, so the problem is not symmetric there.
+        """
+        jacobian = ufl.Jacobian(self.mesh)
+        moved = jacobian + ufl.grad(self.u) * jacobian
+        before = ufl.cross(jacobian[:, 0], jacobian[:, 1])
+        area = ufl.cross(moved[:, 0], moved[:, 1]) / ufl.sqrt(ufl.dot(before, before))
+        test = ufl.TestFunction(self.space)
+        return sum(area[i] * test[i] for i in range(3)) * self.dx()
+
     def dx(self) -> Any:
         """Integration over the mid-surface; more points than that gain nothing."""
         return ufl.dx(self.mesh, metadata={"quadrature_degree": 2 * self.degree + 2})

@@ -10,9 +10,9 @@ from nanorom.fem.symmetry import Mirrors
 NU = 0.16
 
 
-def drum(bending, degree=8, radii=(0.5, 1.0), mirrors=("x", "y"), nu=NU):
+def drum(bending, degree=8, radii=(0.5, 1.0), mirrors=("x", "y"), nu=NU, sectors=16):
     """A disc of radius and tension 1, in rings of given radii."""
-    parameters = {"rings": len(radii), "sectors": 16, "quadrants": 4 // 2 ** len(mirrors)}
+    parameters = {"rings": len(radii), "sectors": sectors, "quadrants": 4 // 2 ** len(mirrors)}
     uniform, wanted = np.linspace(0, 1, len(radii) + 1), np.array([0.0, *radii])
 
     def move(points):

@@ -99,3 +99,21 @@ def test_pull_in_of_a_stiff_membrane_is_the_literature_value():
     found = statics.limit_point(problem, 0.2 * scale).magnitude / scale
     assert 16 / 27 < found < 32 / 27
     assert found == pytest.approx(0.7892, abs=1e-4)
+
+
+def test_refinement_of_a_loaded_plate_converges_at_its_order():
+    """Eigenvalues about a pressurised state: order 2 (k - 1) of C0 interior penalty, k = 3."""
+    reference = Disc(1.0, 0.05, NU)
+    reference.solve(20.0)
+    exact = reference.eigenvalues(0, 1)[0]
+    errors = []
+    for rings in (2, 4, 8):
+        radii = np.arange(1, rings + 1) / rings
+        plate = drum(0.05, degree=3, radii=radii, sectors=8 * rings)
+        state = film.Film(plate)
+        load = film.pressure(state)
+        for point in statics.load_steps(film.problem(state, load), [20.0]):
+            modes = loaded.solve(state.about(load, point.magnitude), 1)
+        errors.append(abs(modes.eigenvalues[0] / exact - 1))
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert 3.3 < rates[-1] < 5.5

@@ -5,7 +5,7 @@ import pytest
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.fem import condensation, discretisation, loaded, shellcases
+from nanorom.fem import algebra, compat, condensation, discretisation, loaded, shellcases
 from nanorom.fem.shapes import normalise
 from nanorom.fem.shell import Shell, surface
 from tests.fem_loaded.drums import drum
@@ -65,3 +65,22 @@ def test_amplitude_is_on_the_plateau_and_truncation_is_told():
     assert missed[0] < 0.01
     # the next term of the force is of two orders more
     assert np.log2(missed[1] / missed[0]) == pytest.approx(2.0, abs=0.3)
+
+
+def test_follower_pressure_turns_with_the_shell():
+    """After a rigid rotation the resultant of a unit pressure lies along the turned normal."""
+    shell = shell_modes(0.02, 1)[0].shell
+    angle = 1.1
+    turn = np.array(
+        [[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]]
+    )
+    x = shell.space.tabulate_dof_coordinates()
+    shell.state.x.array.reshape(-1, 6)[:, :3] = x @ (turn - np.eye(3)).T
+    shell.state.x.array.reshape(-1, 6)[:, 3:] = turn[:, 2] - np.eye(3)[2]
+    force = algebra.assemble_vector(compat.form(shell.follower_pressure())).reshape(-1, 6)
+    assert np.abs(force[:, :3].sum(axis=0)) == pytest.approx(
+        np.abs(np.pi * turn[:, 2]), abs=1e-6
+    )
+    # a rigid motion stores nothing
+    stored = fem.assemble_scalar(compat.form(shell.energy()))
+    assert abs(stored) < 1e-8 * float(shell.youngs_modulus.value) * 0.02
