@@ -25,7 +25,9 @@ class Load:
 
     pressure : uniform, in Pa; voltage and gap : of a plane gate at a distance from the flat film,
     which it attracts; force : in N, at ``position`` (from the film's centre, or in the mesh file's
-    coordinates times its scale), spread over a disc of ``radius`` or concentrated in a point.
+    coordinates times its scale), spread over a disc of ``radius`` or concentrated in a point;
+    stress : isotropic change of the film's stress in Pa, of a temperature change dT by
+    -E alpha dT/(1 - nu) with alpha the expansion of the film relative to its frame's.
     """
 
     pressure: float | None = v.quantity("load.pressure", "Pa", v.ANY, default=None)
@@ -35,9 +37,14 @@ class Load:
     position: tuple[float, float] = v.custom("load.position", _position, default=(0.0, 0.0))
     radius: float = v.quantity("load.radius", "m", v.NOT_NEGATIVE, default=0.0)
 
+    stress: float | None = v.quantity("load.stress", "Pa", v.ANY, default=None)
+
     def __attrs_post_init__(self) -> None:
-        if self.pressure is None and self.voltage is None and self.force is None:
-            raise SceneError("load: no load in it; allowed: pressure, voltage with gap, force")
+        loads = (self.pressure, self.voltage, self.force, self.stress)
+        if all(load is None for load in loads) and self.gap is None:
+            raise SceneError(
+                "load: no load in it; allowed: pressure, voltage with gap, force, stress"
+            )
         if (self.voltage is None) != (self.gap is None):
             missing = "gap" if self.gap is None else "voltage"
             raise SceneError(f"load.{missing}: missing; a gate needs voltage and gap")

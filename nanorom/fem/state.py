@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 from pathlib import Path
 
 import attrs
@@ -28,6 +30,7 @@ class Units:
     """
 
     length: float
+    tension: float
     deflection: float
     pressure: float
     force: float
@@ -39,7 +42,8 @@ class Units:
         stretch = scene.material.youngs_modulus * scene.plate.thickness
         deflection = length * np.sqrt(tension / stretch)
         pressure = tension * deflection / length**2
-        return cls(length, deflection, pressure, tension * deflection, pressure * deflection**2)
+        force, attraction = tension * deflection, pressure * deflection**2
+        return cls(length, tension, deflection, pressure, force, attraction)
 
 
 @attrs.frozen(eq=False)
@@ -72,23 +76,33 @@ def initial_shape(plate: Plate, file: Path, units: Units) -> fem.Function:
     return shape
 
 
+def prepared(scene: Scene, units: Units, plate: Plate) -> Film:
+    """The film in its initial shape under its changed stress, before loads act. Collective."""
+    if scene.plate.initial_shape is not None:
+        plate.shape = initial_shape(plate, scene.plate.initial_shape, units)
+    if scene.load is not None and scene.load.stress is not None:
+        change = scene.load.stress * scene.plate.thickness / units.tension
+        for tension in (plate.tension_x, plate.tension_y):
+            tension.value = float(tension.value) + change
+    return Film(plate)
+
+
 def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
     """Equilibrium of the film and the plate about it. Collective.
 
     Raises SolverError, which says which part of the load was reached, where there is none.
     """
-    if scene.plate.initial_shape is not None:
-        plate.shape = initial_shape(plate, scene.plate.initial_shape, units)
-    film = Film(plate)
-    if scene.load is None:
+    film = prepared(scene, units, plate)
+    load = None if scene.load is None else load_on(film, scene.load, units)
+    if load is None or scene.load is None:
         films.problem(film, None).solve(0.0)
         about = film.about()
         moved = None if plate.shape is None else film.deflection()
         return StaticState(about, moved, mean_tension(about))
-    load = load_on(film, scene.load, units)
+    acting = load
     try:
         for _ in statics.load_steps(
-            films.problem(film, load), [1.0], lambda _: films.admissible(film, load)
+            films.problem(film, acting), [1.0], lambda _: films.admissible(film, acting)
         ):
             pass
     except SolverError as error:
@@ -97,8 +111,8 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
     return StaticState(about, film.deflection(), mean_tension(about))
 
 
-def load_on(film: Film, load: Load, units: Units) -> films.Load:
-    """A scene's load on its film, in the film's units."""
+def load_on(film: Film, load: Load, units: Units) -> films.Load | None:
+    """A scene's load on its film, in the film's units; None if it only changes the stress."""
     parts = []
     if load.pressure is not None:
         parts.append(films.pressure(film, load.pressure / units.pressure))
@@ -108,10 +122,7 @@ def load_on(film: Film, load: Load, units: Units) -> films.Load:
     if load.force is not None:
         centre, radius = np.array(load.position) / units.length, load.radius / units.length
         parts.append(films.patch(film, centre, radius, load.force / units.force))
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
-    return total
+    return functools.reduce(operator.add, parts) if parts else None
 
 
 def explained(load: Load, error: SolverError) -> str:

@@ -11,9 +11,8 @@ from mpi4py import MPI
 from nanorom.errors import SceneError, SolverError
 from nanorom.fem import film as films
 from nanorom.fem import loaded, state, statics
-from nanorom.fem.film import Film
 from nanorom.fem.plan import Plan
-from nanorom.fem.reduce import build_plate
+from nanorom.fem.reduce import build_plate, is_symmetric
 from nanorom.loadcurve import UNITS, LoadCurve
 from nanorom.scene import Scene
 
@@ -40,11 +39,13 @@ def tune(
     plan = Plan.of(scene)
     scales = plan.scales
     chosen = plan.discretisation(scene.accuracy.tolerance)
-    chosen = attrs.evolve(chosen, whole=not load.centred)
+    chosen = attrs.evolve(chosen, whole=not is_symmetric(scene))
     plate = build_plate(comm, scene, scales, chosen)
     units = state.Units.of(scene, scales.length, scales.tension)
-    film = Film(plate)
-    unit_load = state.load_on(film, load, units)
+    film = state.prepared(scene, units, plate)
+    found = state.load_on(film, load, units)
+    assert found is not None  # it has the quantity
+    unit_load = found
     problem = films.problem(film, unit_load)
     count = scene.modes.highest
     rows = []

@@ -179,3 +179,15 @@ def test_measured_shape_from_a_file_gives_marguerres_film(tmp_path):
     )
     largest = np.abs(model.quadratic).max()
     assert stepped.quadratic == pytest.approx(model.quadratic, abs=ROUTES * largest)
+
+
+def test_change_of_stress_is_a_change_of_tension():
+    by_hand = Accuracy(degree=5, mesh_size=RADIUS / 2)
+    changed = reduce_scene(drum(Load(stress="10 MPa"), accuracy=by_hand))
+    tension = Tension.isotropic(TENSION + 10e6 * THICKNESS)
+    same = reduce_scene(drum(None, tension=tension, accuracy=by_hand))
+    assert changed.frequency == pytest.approx(same.frequency, rel=1e-9)
+    assert changed.cubic == pytest.approx(same.cubic, rel=1e-6, abs=1e-9 * same.cubic.max())
+    both = reduce_scene(drum(Load(stress="10 MPa", pressure=1e4), accuracy=by_hand))
+    again = reduce_scene(drum(Load(pressure=1e4), tension=tension, accuracy=by_hand))
+    assert both.frequency == pytest.approx(again.frequency, rel=1e-8)
