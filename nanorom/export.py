@@ -104,18 +104,19 @@ def export_model(
         drive = attrs.evolve(drive, **levels) if drive else Drive(**levels)
         level = 1
     if omega is not None:
-        sweep = Sweep(*omega)
-    drive = drive or Drive(1.0)
+        ends: Any = omega
+        sweep = Sweep(*ends)
+    drive = drive or Drive(direct=(1.0,))
     if not 1 <= level <= len(drive.levels):
         raise FileError(f"level: found {level}; the drive has levels 1 to {len(drive.levels)}")
-    ends = sweep.hertz(float(model.frequency[0])) if sweep else None
+    hertz = sweep.hertz(float(model.frequency[0])) if sweep else None
     chosen = drive.levels[level - 1]
     model = aimed(model, drive)
     return export(
         model.system(drive.direct_pattern, drive.parametric_pattern, damped=to == "auto"),
         to,
         target,
-        omega=ends and (2 * np.pi * ends[0], 2 * np.pi * ends[1]),
+        omega=hertz and (2 * np.pi * hertz[0], 2 * np.pi * hertz[1]),
         direct=chosen[0],
         parametric=chosen[1],
     )
