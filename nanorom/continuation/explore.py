@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ from .shooting import Shooting
 from .special import Detector
 from .switching import Bifurcation, first_orbit, fixed_rate, follow_closed
 from .system import Array, ModalSystem, ScaledSystem
+from .takeover import Takeover
 from .threads import one_thread
 from .trace import Orbit, Settings, Tracer
 
@@ -150,19 +151,35 @@ class _Explorer:
         low, high = self.range
         tracer = Tracer(self.scaled, forced_support(self.scaled), 1, self.settings)
         try:
-            steps = list(tracer.follow(first_orbit(tracer, low), 1.0, self.range))
+            steps = self._steps(tracer, first_orbit(tracer, low), 1.0)
         except ContinuationError:
             other = first_orbit(tracer, high)
         else:
             self._register(tracer, steps, None, 0)
-            end = tracer.orbit(steps[-1], steps[-1].length)
+            end = self._end(tracer, steps)
             try:
                 other = first_orbit(tracer, high)
             except ContinuationError:
                 return
             if abs(end.rate - high) < 1e-9 * high and same_orbit(end, other):
                 return
-        self._register(tracer, list(tracer.follow(other, -1.0, self.range)), None, 0)
+        self._register(tracer, self._steps(tracer, other, -1.0), None, 0)
+
+    def _steps(self, tracer: Tracer, orbit: Orbit, direction: float) -> list[Series]:
+        steps = list(tracer.follow(orbit, direction, self.range))
+        if not steps:
+            raise ContinuationError(
+                "the harmonics of the first orbit do not converge; raise `harmonics`, "
+                "or start the range farther from a resonance"
+            )
+        return steps
+
+    def _end(self, tracer: Tracer, steps: list[Series]) -> Orbit:
+        """Where the branch traced last ends, be it by shooting."""
+        if tracer.ending != "harmonics":
+            return tracer.orbit(steps[-1], steps[-1].length)
+        coefficients, omega = self.branches[-1].coefficients[-1], self.branches[-1].omega[-1]
+        return Orbit(coefficients / self.scaled.amplitude, omega / self.scaled.frequency, 1)
 
     def _isolated(self, seed: PeriodicOrbit) -> None:
         """The branch near an orbit of another level, unless it is there already."""
@@ -185,7 +202,10 @@ class _Explorer:
         rates = (self.range[0] / reach / p, self.range[1] * reach / p)
         steps = follow_closed(tracer, orbit, 1.0, rates)
         if tracer.ending != "closed":  # from end to end
-            steps = follow_closed(tracer, orbit, -1.0, rates)
+            steps = follow_closed(tracer, orbit, -1.0, rates) or steps
+        if not steps:
+            return
+        if tracer.ending != "closed":
             end = tracer.orbit(steps[-1], steps[-1].length)
             slope = steps[-1].rate_slope(steps[-1].length)
             steps = follow_closed(tracer, end, -1.0 if slope > 0 else 1.0, rates)
@@ -213,6 +233,8 @@ class _Explorer:
                 self._mark_end(bifurcation, bifurcation.tracer.orbit(series, end))
                 bifurcation.tracer.ending = "bifurcation"
                 break
+        if not steps:
+            return
         self._register(bifurcation.tracer, steps, node, node.generation + 1, bifurcation)
 
     def _mark_end(self, bifurcation: Bifurcation, end: Orbit) -> None:
@@ -246,6 +268,13 @@ class _Explorer:
             self._branch(path, detector.places, detector.eigenvalues, parent, start)
         )
         extent = bifurcation.extent(steps) if bifurcation else 0.0
+        taken_over: list[SpecialPoint] = []
+        if tracer.ending == "harmonics":
+            taken_over = self._take_over(
+                path,
+                index,
+                lambda orbit: bifurcation is not None and bifurcation.is_end(orbit, extent),
+            )
         for polished in found:
             if polished is None:
                 continue
@@ -256,6 +285,36 @@ class _Explorer:
             self.points.append(point)
             if point.type in ("PD", "BP"):
                 self.waiting.append(_Node(point, polished.orbit, path, generation))
+        self.points += taken_over
+
+    def _take_over(
+        self, path: Path, index: int, is_end: Callable[[Orbit], bool]
+    ) -> list[SpecialPoint]:
+        """Go on by shooting where the harmonics do not suffice; branches do not switch there."""
+        tracer, last = path.tracer, path.steps[-1]
+        p = tracer.period_multiple
+        reach = self.settings.reach if p > 1 else 1.0
+        rates = (self.range[0] / reach / p, self.range[1] * reach / p)
+        shooting = Takeover(self.scaled, p)
+        ends = tracer.orbit(last, 0.9 * last.length), tracer.orbit(last, last.length)
+        points, special, ending = shooting.follow(*ends, rates, self.settings.steps, is_end)
+        branch = self.branches[index]
+        branch.ending = ending
+        if points:
+            orbits = [shooting.orbit(point) for point in points]
+            multipliers = sort_multipliers(np.array([point.multipliers for point in points]))
+            unit = self.scaled.amplitude
+            omega = np.array([point.omega for point in points]) * self.scaled.frequency
+            amplitude = np.array([shooting.amplitudes(point) for point in points]) * unit
+            branch.omega = np.append(branch.omega, omega)
+            branch.amplitude = np.vstack([branch.amplitude, amplitude])
+            branch.multipliers = np.vstack([branch.multipliers, multipliers])
+            branch.stable = np.append(branch.stable, np.abs(multipliers[:, 0]) < 1.0)
+            branch.coefficients += [orbit.coefficients * unit for orbit in orbits]
+        return [
+            self._special_point(Polished(kind, shooting.orbit(point), point.multipliers), index)
+            for kind, point in special
+        ]
 
     def _multipliers(self, path: Path, eigenvalues: Array) -> Array:
         return sort_multipliers(eigenvalues**2 if path.symmetric else eigenvalues)

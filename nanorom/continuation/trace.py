@@ -14,7 +14,7 @@ from .harmonics import HARMONIC_LADDER, Support, basis_for
 from .series import Series, SeriesExpansion, convergence_length
 from .system import Array, ScaledSystem
 
-UNRESOLVED = 1e-6  # size of the last harmonics at which a branch is given up
+UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,10 @@ class Tracer:
                     continue
                 x, rate, factors = balance.correct(x, rate, border, 1e-7)
             known = balance.basis.harmonics
-            if known == self.ladder[-1] and self.tail(balance, x) > UNRESOLVED:
+            if (
+                known == self.ladder[-1]
+                and self.tail(balance, x) > UNRESOLVED * self.settings.tolerance
+            ):
                 self.ending = "harmonics"
                 return
             packed, rates = expansion.expand(x, rate, factors)
@@ -216,10 +219,7 @@ class Tracer:
             weights = length ** np.arange(len(rates))
             x, rate = balance.basis.unpack(weights @ packed), float(weights @ rates)
             error = float(np.abs(balance.residual(x, rate)).max(initial=0.0))
-            tail = self.tail(balance, x)
-            good_tail = (
-                tail < 30 * self.settings.tolerance or balance.basis.harmonics == self.ladder[-1]
-            )
+            good_tail = self.tail(balance, x) < 30 * self.settings.tolerance
             if rate > 0 and error < 1e-6 * scale * max(1.0, rate**2) and good_tail:
                 return length
             length *= 0.7
