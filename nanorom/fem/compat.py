@@ -168,6 +168,18 @@ def scatter_reverse_add(function: Any) -> None:
     function.x.scatter_reverse(mode.add)
 
 
+def free_memory(*comms: MPI.Comm) -> None:
+    """Free the PETSc objects that Python has let go: some releases keep them until asked.
+
+    Collective on every communicator.
+    """
+    from petsc4py import PETSc
+
+    if hasattr(PETSc, "garbage_cleanup"):
+        for comm in comms:
+            PETSc.garbage_cleanup(comm)
+
+
 def versions() -> dict[str, str]:
     """Versions of the finite-element libraries in use."""
     import petsc4py

@@ -119,6 +119,9 @@ def reduce_scene(
         versions=compat.versions(),
         **viscous(scene, scales, modes, products),
     )
+    film = modes.mass.comm.tompi4py()
+    del solution, modes, plate, products
+    compat.free_memory(comm, film)
     return model if scene.damping is None else model.with_damping(scene.damping)
 
 
@@ -183,6 +186,7 @@ def solve_to_tolerance(comm: MPI.Comm, plan: Plan, watch: Stopwatch) -> Solution
         if solution.diagnostics["error_rounding"] > tolerance / 2 or not can_refine(plan.scene):
             break
         aim *= min(0.3, tolerance / solution.error)
+        compat.free_memory(comm, solution.modes.mass.comm.tompi4py())
     best = min(solutions, key=lambda solution: solution.error)
     warnings.warn(
         f"tolerance {tolerance:g} is not met: estimated error {best.error:.1e} "
