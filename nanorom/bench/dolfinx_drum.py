@@ -51,7 +51,9 @@ def solve(
     for shape, column in zip(shapes, values.T):
         shape.x.array[:] = column
     dofs = space.dofmap.index_map.size_global
-    return dofs, omega[:count], _tensor(mesh, edge, shapes[:count], nu, degree)
+    tensor = _tensor(mesh, edge, shapes[:count], nu, degree)
+    compat.free_memory(MPI.COMM_SELF, mesh.comm)
+    return dofs, omega[:count], tensor
 
 
 def disc(size: float, order: int) -> Any:

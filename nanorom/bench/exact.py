@@ -189,7 +189,9 @@ def symmetric_tensor(entries: list, size: int) -> Array:
 # -- string ---------------------------------------------------------------------------------------
 
 
-def string(count: int = 4, layer: float = 0.01, ends: str = "clamped") -> Case:
+def string(
+    count: int = 4, layer: float = 0.01, ends: str = "clamped", model: str = "plate"
+) -> Case:
     """Narrow string, nu = 0, free sides, sqrt(D/T) = layer x length; layer 0: a membrane.
 
     Without lateral contraction nothing depends on y, so that beam theory is exact.  The stretching
@@ -201,7 +203,7 @@ def string(count: int = 4, layer: float = 0.01, ends: str = "clamped") -> Case:
     tension = bending / (layer * length) ** 2 if layer else 80.0
     scene = Scene(
         geometry=String(length=length, width=width),
-        plate=Plate(thickness=thickness, model="plate" if layer else "membrane"),
+        plate=Plate(thickness=thickness, model=model if layer else "membrane"),
         material=Material(youngs_modulus=modulus, poisson_ratio=0.0, density=DENSITY),
         tension=Tension(x=tension, y=0.0 if layer else tension),
         support=Support({"left": ends, "right": ends}),
@@ -215,7 +217,7 @@ def string(count: int = 4, layer: float = 0.01, ends: str = "clamped") -> Case:
     pairs = (pairs + pairs.transpose(0, 2, 1, 3) + pairs.transpose(0, 3, 2, 1)) / 3
     speed = np.sqrt(tension / (DENSITY * thickness))
     return Case(
-        f"string, {ends}, layer {layer:g}",
+        f"string as a {model}, {ends}, layer {layer:g}",
         scene,
         lambda: speed / length * np.sqrt(square) / (2 * np.pi),
         lambda: modulus * thickness * width / (2 * length**3) * pairs,

@@ -19,6 +19,7 @@ from .system import Array, ScaledSystem
 
 TAYLOR_ORDER = 20
 BATCH_DOUBLES = 400_000
+MOST_INTERVALS = 4096
 
 
 @lru_cache(maxsize=32)
@@ -150,9 +151,10 @@ class FloquetSolver:
             maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
             # the last terms fall with the order of the series
             needed = intervals * (max(error, 1e-18) / self.truncation) ** (1.0 / TAYLOR_ORDER)
-            if needed <= intervals or intervals > 4096:
-                return _product(maps), max(3, int(np.ceil(1.05 * needed)))
-            intervals = int(np.ceil(1.05 * needed))
+            wanted = int(np.clip(np.ceil(1.05 * needed), 3, MOST_INTERVALS))
+            if needed <= intervals or intervals == MOST_INTERVALS:
+                return _product(maps), wanted
+            intervals = wanted
 
     def _interval_maps(
         self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool

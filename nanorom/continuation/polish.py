@@ -22,6 +22,8 @@ from .trace import Orbit, Tracer, real_roots
 
 DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
 CONFIRMED = 1e-7
+ASIDE = 0.5  # of the window
+DIVERGED = 1e-6  # last terms of a series, relative to the orbit
 WINDOW = 0.2  # of the step in which the point was found
 
 
@@ -41,12 +43,17 @@ def polish(
     tracer = path.tracer
     series = path.steps[detected.place.step]
     a, window = detected.place.a, WINDOW * (series.length - series.start)
+    shift = 0.0
     for _ in range(4):
         try:
-            series = _expand_again(tracer, series, a)
-            a = _zero(detected.type, series, floquet, tracer, window)
+            nearby = _expand_again(tracer, series, a - shift)
+            series, a = nearby, _zero(detected.type, nearby, floquet, tracer, window, shift)
         except ContinuationError:
-            return None
+            # at a branch point the Jacobian may be singular: expand beside it
+            if shift or detected.type == "LP":
+                return None
+            shift = ASIDE * window
+            continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
@@ -83,9 +90,14 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
 
 
 def _zero(
-    kind: str, series: Series, floquet: FloquetSolver, tracer: Tracer, window: float
+    kind: str,
+    series: Series,
+    floquet: FloquetSolver,
+    tracer: Tracer,
+    window: float,
+    around: float,
 ) -> float:
-    """Where the critical quantity vanishes, close to a = 0."""
+    """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
     if kind == "LP":
         slope = series.rates[1:] * np.arange(1, len(series.rates))
         mirrored = slope * (-1.0) ** np.arange(len(slope))
@@ -100,6 +112,8 @@ def _zero(
     symmetric = floquet.signs(tracer.support) is not None
 
     def critical(points: list[float]) -> list[float]:
+        if _last_terms(series, max(abs(a) for a in points)) > DIVERGED:
+            raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
         maps = floquet.monodromy(
             np.stack([orbit.coefficients for orbit in orbits]),
@@ -110,11 +124,11 @@ def _zero(
         return [_critical_value(kind, values, symmetric) for values in np.linalg.eigvals(maps)]
 
     step = 1e-3 * window
-    a, (here, there) = 0.0, critical([0.0, step])
+    a, (here, there) = around, critical([around, around + step])
     slope = (there - here) / step
     for _ in range(8):
         change = -here / slope if slope else np.inf
-        if abs(a + change) > window:
+        if abs(a + change - around) > window:
             raise ContinuationError("no zero in the neighbourhood")
         if abs(change) < 1e-7 * window:  # the secant's next change is its square
             return a + change
@@ -122,6 +136,13 @@ def _zero(
         here = critical([a])[0]
         slope = (here - before) / change
     return a
+
+
+def _last_terms(series: Series, a: float) -> float:
+    """Size of the highest order at a, relative to the orbit."""
+    scale = np.abs(series.coefficients[0]).max(initial=1e-300)
+    order = len(series.coefficients) - 1
+    return float(np.abs(series.coefficients[-1]).max(initial=0.0) * a**order / scale)
 
 
 def _critical_value(kind: str, eigenvalues: Array, symmetric: bool) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ NEUTRAL = "0.3"
 FINER = 8  # straight pieces per continuation step
 SHORTEST = 1e-9  # of the picture; keeps points apart that coincide
 APART = 1e-5  # of a branch; special points closer to one of its points are not told apart
+SHIFT = 0.3  # of the largest amplitude, between levels that are drawn apart
 FEWEST = 5  # points that a smooth curve needs
 BRIGHTEST = 0.85  # of the colour map: the yellow end is too pale for lines
 
@@ -55,6 +56,33 @@ def response_figure(response: Response, path: str | Path | None = None) -> Figur
     axes.set_ylabel(f"amplitude {whose} ({length[1]})")
     axes.set_xlabel(f"drive frequency ({frequency[1]})")
     _legend(axes, response)
+    if path is not None:
+        save(figure, path)
+    return figure
+
+
+@styled
+def comparison_figure(
+    responses: Mapping[str, Response], levels: Sequence[str], path: str | Path | None = None
+) -> Figure:
+    """Draw several responses below each other, level above level, (and write the picture).
+
+    Drive frequencies are in multiples of the lowest natural frequency of each; levels: their
+    names, the same for all responses; every level is shifted up by `SHIFT` of the largest
+    amplitude.  Folds are not marked.
+    """
+    figure = Figure(figsize=(COLUMN, 0.3 + 0.75 * COLUMN * len(responses)), layout="constrained")
+    panels = figure.subplots(len(responses), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (title, response) in zip(panels, responses.items()):
+        length = _length_unit(response, _total)
+        frequency = 1 / (2 * np.pi * float(response.frequency[0])), ""
+        shift = SHIFT * length[0] * _largest(response, _total)
+        _draw(axes, response, _total, length, frequency, ("PD", "NS"), shift)
+        axes.set_ylabel(f"amplitude |q| ({length[1]})")
+        axes.set_title(f"{title}; levels shifted by {shift:.2g} {length[1]}")
+        axes.label_outer()
+    panels[-1].set_xlabel("drive frequency / f01")
+    _legend(panels[0], response, ("PD", "NS"), levels, 0.1)
     if path is not None:
         save(figure, path)
     return figure
@@ -122,22 +150,26 @@ def _draw(
     measure: Measure,
     length: tuple[float, str],
     frequency: tuple[float, str],
+    kinds: Collection[str] = SPECIAL_POINTS,
+    shift: float = 0.0,
 ) -> None:
+    """Draw every level, the higher ones moved up by ``shift`` each."""
     levels = list(zip(_colours(response), response.diagrams))
-    for colour, diagram in reversed(levels):  # low levels lie within high ones: draw them on top
+    # low levels lie within high ones: draw them on top
+    for place, (colour, diagram) in reversed([*enumerate(levels)]):
         for number, branch in enumerate(diagram.branches):
             located = [point for point in diagram.special_points if point.branch == number]
             for curve in _stretches(branch, located):
                 axes.plot(
                     curve.omega * frequency[0],
-                    measure(curve.amplitude) * length[0],
+                    measure(curve.amplitude) * length[0] + place * shift,
                     color=colour,
                     **_line(curve.stable),
                 )
-        for point in diagram.special_points:
+        for point in (p for p in diagram.special_points if p.type in kinds):
             axes.plot(
                 point.omega * frequency[0],
-                measure(point.amplitude) * length[0],
+                measure(point.amplitude) * length[0] + place * shift,
                 color=colour,
                 zorder=3,
                 **_marker(point.type),
@@ -146,7 +178,7 @@ def _draw(
     scale = 2 * np.pi * frequency[0]
     axes.set_xlim(start * scale, stop * scale)
     top = length[0] * _largest(response, measure)
-    axes.set_ylim(-0.04 * top, 1.08 * top)
+    axes.set_ylim(-0.04 * top, 1.08 * top + (len(levels) - 1) * shift)
     axes.tick_params(length=2.5)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
@@ -220,11 +252,17 @@ def _level_names(response: Response) -> list[str]:
     ]
 
 
-def _legend(axes: Any, response: Response) -> None:
+def _legend(
+    axes: Any,
+    response: Response,
+    kinds: Collection[str] = SPECIAL_POINTS,
+    names: Sequence[str] = (),
+    pad: float = 0.0,
+) -> None:
     """One legend above the axes: levels, line styles, and the special points that occur."""
     handles = [
         Line2D([], [], color=colour, label=name)
-        for colour, name in zip(_colours(response), _level_names(response))
+        for colour, name in zip(_colours(response), names or _level_names(response))
     ]
     if any(not np.all(b.stable) for d in response.diagrams for b in d.branches):
         handles.append(Line2D([], [], color=NEUTRAL, label="stable"))
@@ -237,13 +275,13 @@ def _legend(axes: Any, response: Response) -> None:
         if start <= point.omega <= stop
     }
     for kind in MARKERS:
-        if kind in found:
+        if kind in found and kind in kinds:
             style = {**_marker(kind), "color": NEUTRAL, "linestyle": "none"}
             handles.append(Line2D([], [], **style, label=SPECIAL_POINTS[kind]))
     axes.legend(
         handles=handles,
         loc="lower center",
-        bbox_to_anchor=(0.45, 1.0),
+        bbox_to_anchor=(0.45, 1.0 + pad),
         ncol=min(3, len(handles)),
         handlelength=1.6,
         handletextpad=0.5,

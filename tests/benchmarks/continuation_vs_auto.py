@@ -1,7 +1,7 @@
 """nanorom.continuation beside AUTO-07p: same equations, same range, one run, CPU seconds.
 
     OMP_NUM_THREADS=1 python tests/benchmarks/continuation_vs_auto.py [--modes 1 2 11] [--scaling]
-    [--step 0.02]
+    [--step 0.02] [--drum rom.h5]
 
 AUTO runs the exported problem (nanorom.export) on one thread, with Floquet multipliers and
 detection of LP, PD, NS and BP; compiling and Python's start are not counted. A point counts as
@@ -23,7 +23,10 @@ from pathlib import Path
 import numpy as np
 
 from nanorom.continuation import Diagram, ModalSystem, explore
+from nanorom.excitation import Drive, Sweep
 from nanorom.export import export
+from nanorom.response import respond
+from nanorom.rom import ReducedModel
 
 SAME = 1e-4
 AUTO_TYPES = {1: "BP", 2: "LP", 5: "LP", 6: "BP", 7: "PD", 8: "NS"}
@@ -140,13 +143,32 @@ def scaling(sizes=(1, 2, 4, 8, 16, 30)) -> None:
         before = size, seconds
 
 
+def drum(path: Path) -> None:
+    """Wall time of the whole diagram of a drum at eight levels, 20-90 MHz, on the cores at hand."""
+    direct = [f"{pressure} Pa" for pressure in range(5, 45, 5)]
+    parametric = [f"{tension} mN/m" for tension in np.linspace(4.5, 6.0, 8)]
+    model = ReducedModel.load(path)
+    start = time.perf_counter()
+    response = respond(model, Drive(direct, parametric), Sweep("20 MHz", "90 MHz"))
+    seconds = time.perf_counter() - start
+    branches = sum(len(diagram.branches) for diagram in response.diagrams)
+    points = [point.type for diagram in response.diagrams for point in diagram.special_points]
+    counts = ", ".join(f"{points.count(kind)} {kind}" for kind in ("LP", "PD", "NS", "BP"))
+    print(
+        f"\n{model.size}-mode drum, 8 levels: {seconds:.1f} s on {len(os.sched_getaffinity(0))}"
+        f" cores, {branches} branches, {counts}"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--modes", type=int, nargs="*", default=[1, 2, 11])
     parser.add_argument("--scaling", action="store_true", help="cost for 1 ... 30 modes")
     parser.add_argument("--step", type=float, default=0.02, help="largest step of AUTO")
     parser.add_argument("--limit", type=float, default=300.0, help="seconds allowed to AUTO")
+    parser.add_argument("--drum", type=Path, metavar="ROM", help="rom.h5 of the drum demo")
     options = parser.parse_args()
+    print(f"load average {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores")
     if not shutil.which("auto-07p"):
         print("AUTO-07p is not installed: only nanorom is timed")
     for size in options.modes:
@@ -157,6 +179,9 @@ def main() -> None:
     if options.scaling:
         print("\ncost of a base branch")
         scaling()
+    if options.drum is not None:
+        drum(options.drum)
+    print(f"load average {os.getloadavg()[0]:.1f}")
 
 
 if __name__ == "__main__":

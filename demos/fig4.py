@@ -1,0 +1,73 @@
+"""Fig. 4 of Keskekler et al. (arXiv:2304.01419): what the film does along the parametric branch.
+
+Everything is rebuilt from rom.h5 and response.h5 alone, w = sum_r phi_r(x, y) q_r(t), without a
+finite-element code: amplitudes and energies of all modes along the branch of doubled period, the
+motion at the internal resonance of f01 with f21, shapes at largest deflection, an animation.
+The drum is that of demos/fig3.py with bending switched off, with f03 among its modes.
+
+    python demos/fig4.py [DIRECTORY [FIG3]]     FIG3: results of demos/fig3.py, made if missing
+"""
+
+import sys
+from math import tau
+from pathlib import Path
+
+import fig3
+import numpy as np
+
+import nanorom
+from nanorom.files import make_directory
+from nanorom.motion import energy_shares
+from nanorom.plots import motion
+
+POINTS = (2.1, 2.3, 2.538, 2.7)  # drive frequencies / f01 of the shapes
+
+
+def main(directory="results/fig4", source="results/fig3", frames=True):
+    """Draw everything; return the model and the orbit at the internal resonance."""
+    directory, folder = make_directory(Path(directory)), Path(source) / "membrane"
+    if not (folder / "response-f03.h5").exists():
+        make_directory(folder)
+        fig3.with_f03(fig3.reduced("membrane"), folder, fig3.F03_STEP)
+    model = nanorom.ReducedModel.load(folder / "rom-f03.h5")
+    response = nanorom.Response.load(folder / "response-f03.h5")
+    branch = fig3.of_first_mode(response.diagrams[0], model)
+    resonance = at_internal_resonance(model, branch)
+    f1 = model.frequency[0]
+
+    motion.branch_panels(model, branch, directory / "branch.png")
+    motion.time_series_figure(model, resonance, directory / "time.png")
+    orbits = [stable_near(branch, ratio * f1) for ratio in POINTS]
+    motion.shapes_figure(model, orbits, directory / "shapes.png")
+    motion.snapshots_figure(model, resonance, path=directory / "snapshots.png")
+    if frames:
+        motion.animate(model, resonance, directory / "motion.gif")
+
+    ratio = resonance.omega / tau / f1
+    print(f"\ninternal resonance: largest share of f21 on the branch at {ratio:.4f} f01")
+    print("number  mode   share of energy   max|q| (nm)      (paper: modes 4, 6, 15 most excited)")
+    shares = energy_shares(model, resonance)
+    _, q, _ = resonance.time_series(256, 1)
+    for r in np.argsort(shares)[::-1]:
+        size = 1e9 * np.abs(q[:, r]).max()
+        print(f"{model.number[r]:6}  {model.label[r]:5} {shares[r]:16.4%} {size:13.4f}")
+    print(f"pictures and motion.gif in {directory}")
+    return model, resonance
+
+
+def at_internal_resonance(model, branch):
+    """The orbit on which f21 has the largest amplitude relative to f01."""
+    pair = [r for r, label in enumerate(model.label) if label.startswith("f21")]
+    moving = branch.amplitude[:, 0] > 0.1 * branch.amplitude[:, 0].max()
+    share = np.where(moving, branch.amplitude[:, pair].max(axis=1) / branch.amplitude[:, 0], 0)
+    return branch.orbit(int(share.argmax()))
+
+
+def stable_near(branch, frequency):
+    """The stable orbit nearest to a drive frequency."""
+    distance = np.where(branch.stable, np.abs(branch.omega / tau - frequency), np.inf)
+    return branch.orbit(int(distance.argmin()))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:3])
