@@ -119,9 +119,10 @@ def reduce_scene(
         versions=compat.versions(),
         **viscous(scene, scales, modes, products),
     )
-    film = modes.mass.comm.tompi4py()
+    mass_matrix = modes.mass  # it keeps the film's communicator
     del solution, modes, plate, products
-    compat.free_memory(comm, film)
+    compat.free_memory(comm, mass_matrix.comm.tompi4py())
+    mass_matrix.destroy()
     return model if scene.damping is None else model.with_damping(scene.damping)
 
 
