@@ -253,14 +253,12 @@ def _plan(options: argparse.Namespace) -> None:
 
 def _reduce(options: argparse.Namespace) -> None:
     from nanorom.files import check_writable
-    from nanorom.workflow import mpi_rank, reduce
+    from nanorom.workflow import reduce
 
     scene = _scene(options)
     check_writable(options.output)
     with _progress() as progress:
-        model = reduce(scene, progress)
-    if mpi_rank() == 0:
-        model.save(options.output)
+        reduce(scene, progress, options.output)
 
 
 def _info(options: argparse.Namespace) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import platform
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from glob import escape
 from pathlib import Path
 
 from nanorom.errors import FileError
@@ -48,17 +50,36 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     check_writable(path)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    for left in path.parent.glob(_temporary(escape(path.stem), "*", escape(path.suffix))):
+        if not _is_alive(left):  # its run was killed
+            left.unlink(missing_ok=True)
+    temporary = path.with_name(_temporary(path.stem, str(os.getpid()), path.suffix))
     try:
         yield temporary
         with open(temporary, "rb") as file:  # on disk before it gets its name
             os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
-        reason = " ".join(str(error.strerror or error).split())
+        reason = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
         raise FileError(f"{path}: cannot be written: {reason}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _temporary(stem: str, process: str, suffix: str) -> str:
+    return f".{stem}.{platform.node()}-{process}.part{suffix}"
+
+
+def _is_alive(temporary: Path) -> bool:
+    """Whether the process of this machine that a temporary file belongs to still runs."""
+    process = temporary.name.rpartition(".part")[0].rpartition("-")[2]
+    try:
+        os.kill(int(process), 0)
+    except ProcessLookupError:
+        return False
+    except (ValueError, OSError):
+        pass
+    return True
 
 
 def _check_target(path: Path) -> None:

@@ -24,17 +24,28 @@ MOST_NUMBERS = 200_000_000  # entries of one dataset; a longer one is not read
 
 @contextmanager
 def create(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
-    """A new file of a nanorom format, written whole or not at all; raises FileError."""
-    with atomic_path(path) as temporary, new(temporary, kind, version) as file:
+    """A new file of a nanorom format, written whole or not at all; raises FileError.
+
+    It is made in memory: HDF5 itself does not survive a full disk.
+    """
+    with h5py.File("new", "w", driver="core", backing_store=False) as file:
+        file.attrs.update(format=kind, format_version=version, nanorom_version=nanorom.__version__)
         yield file
+        _store(file, path)
 
 
 @contextmanager
-def new(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
-    """A new file of a nanorom format."""
-    with h5py.File(path, "w") as file:
-        file.attrs.update(format=kind, format_version=version, nanorom_version=nanorom.__version__)
+def extend(path: str | Path) -> Iterator[h5py.File]:
+    """An existing file to add to; until all is added, it stays as it was. Raises FileError."""
+    with h5py.File(path, "r+", driver="core", backing_store=False) as file:
         yield file
+        _store(file, path)
+
+
+def _store(file: h5py.File, path: str | Path) -> None:
+    file.flush()
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(file.id.get_file_image())
 
 
 @contextmanager

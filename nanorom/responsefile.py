@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,6 @@ from nanorom import hdf5
 from nanorom.continuation import Branch, Diagram, ModalSystem, SpecialPoint
 from nanorom.errors import FileError
 from nanorom.excitation import Drive, Excitation
-from nanorom.files import atomic_path
 from nanorom.response import SPECIAL_POINTS, Response
 from nanorom.validation import parse_toml
 
@@ -77,16 +75,14 @@ def resume(path: str | Path, response: Response, key: str) -> dict[int, Diagram]
 
 def add(path: str | Path, response: Response, key: str, number: int, diagram: Diagram) -> None:
     """Save one more level; until it is whole, the file stays as it was. Raises FileError."""
-    with atomic_path(path) as temporary:
-        if _can_grow(path, response, key):
-            shutil.copyfile(path, temporary)
-            with h5py.File(temporary, "r+") as file:
-                _write_diagram(file.create_group(f"level/{number}"), diagram)
-        else:
-            with hdf5.new(temporary, FORMAT, FORMAT_VERSION) as file:
-                _write_head(file, response)
-                file.attrs[KEY] = key
-                _write_diagram(file.create_group(f"level/{number}"), diagram)
+    if _can_grow(path, response, key):
+        with hdf5.extend(path) as file:
+            _write_diagram(file.create_group(f"level/{number}"), diagram)
+        return
+    with hdf5.create(path, FORMAT, FORMAT_VERSION) as file:
+        _write_head(file, response)
+        file.attrs[KEY] = key
+        _write_diagram(file.create_group(f"level/{number}"), diagram)
 
 
 def _can_grow(path: str | Path, response: Response, key: str) -> bool:

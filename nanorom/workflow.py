@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from nanorom import report
+from nanorom import journal, report
 from nanorom.errors import NanoromError
 from nanorom.files import atomic_path, check_directory, check_writable, make_directory
 from nanorom.rom import ReducedModel
@@ -44,15 +44,30 @@ def _finite_elements() -> Iterator[None]:
         ) from error
 
 
-def reduce(scene: Scene, progress: Progress | None = None) -> ReducedModel:
+def reduce(
+    scene: Scene, progress: Progress | None = None, path: str | Path | None = None
+) -> ReducedModel:
     """Reduce a scene to its modal model (steps I to IV of the paper), by finite elements.
 
-    Under MPI every rank calls it and gets the same model.  Raises NanoromError if DOLFINx is not
-    installed, MeshError or SolverError if the scene cannot be solved.
+    Under MPI every rank calls it and gets the same model.  With a path the model is saved there;
+    until then a long STEP campaign keeps its finished load cases beside it, and the same call
+    goes on from them if it was interrupted.  Raises NanoromError if DOLFINx is not installed,
+    MeshError or SolverError if the scene cannot be solved, FileError if the file cannot be written.
     """
     with _finite_elements():
         from nanorom.fem import reduce_scene
-    return reduce_scene(scene, progress)
+    if path is None:
+        return reduce_scene(scene, progress)
+    path = Path(path)
+    check_directory(path.parent)
+    if path.parent.is_dir():
+        check_writable(path)
+    model = reduce_scene(scene, progress, output=path)
+    if mpi_rank() == 0:
+        make_directory(path.parent)
+        model.save(path)
+        journal.finished(path)
+    return model
 
 
 def run(
@@ -73,12 +88,10 @@ def run(
         for name in FILES:
             check_writable(directory / name)
     start = time.perf_counter()
-    model = reduce(scene, progress)
+    model = reduce(scene, progress, directory / "rom.h5")
     if mpi_rank() != 0:
         return None
     seconds = {"reduce": time.perf_counter() - start}
-    make_directory(directory)
-    model.save(directory / "rom.h5")
     summary: dict[str, Any] = {"scene": scene.to_toml(), **report.of_model(model)}
 
     start = time.perf_counter()

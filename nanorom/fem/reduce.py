@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import attrs
 import numpy as np
 from mpi4py import MPI
 
+import nanorom
 from nanorom.beam import reduce_beam
 from nanorom.errors import AccuracyWarning, SceneError, SolverError
 from nanorom.fem import (
@@ -38,6 +41,7 @@ from nanorom.fem.scales import Scales
 from nanorom.fem.shapes import normalise
 from nanorom.fem.symmetry import Mirrors, line
 from nanorom.fem.tangent import tangent
+from nanorom.journal import Journal
 from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene
 
@@ -70,17 +74,22 @@ class Stopwatch:
 
 
 def reduce_scene(
-    scene: Scene, progress: Progress | None = None, comm: MPI.Comm = MPI.COMM_WORLD
+    scene: Scene,
+    progress: Progress | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    output: Path | None = None,
 ) -> ReducedModel:
     """Reduced model of a scene. Collective: every rank gets the same model.
 
+    Load cases of STEP that an interrupted run left beside the ``output`` are not solved again.
     Raises SceneError, MeshError or SolverError with one line that names the cause.
     """
     if scene.plate.model == "beam":
         return reduce_beam(scene)
     plan = Plan.of(scene)
     scales, watch = plan.scales, Stopwatch(progress)
-    solution = solve_to_tolerance(comm, plan, watch)
+    journal = Journal(output, key_of(scene, comm.size), comm)
+    solution = solve_to_tolerance(comm, plan, watch, journal)
     modes, plate = solution.modes, solution.modes.plate
     selected = np.array(scene.modes.numbers) - 1
     with watch.stage("patterns"):
@@ -170,17 +179,30 @@ class Solution:
         return max(self.diagnostics["error_frequency"], self.diagnostics["error_tensor"])
 
 
-def solve_to_tolerance(comm: MPI.Comm, plan: Plan, watch: Stopwatch) -> Solution:
+def key_of(scene: Scene, ranks: int) -> str:
+    """What a static load case depends on beside the mesh and the modes, as a digest."""
+    digest = hashlib.sha256(repr((nanorom.__version__, compat.versions(), ranks)).encode())
+    digest.update(scene.to_toml().encode())
+    if isinstance(scene.geometry, MeshFile):
+        digest.update(scene.geometry.file.read_bytes())
+    if scene.plate.initial_shape is not None:
+        digest.update(scene.plate.initial_shape.read_bytes())
+    return digest.hexdigest()
+
+
+def solve_to_tolerance(
+    comm: MPI.Comm, plan: Plan, watch: Stopwatch, journal: Journal | None = None
+) -> Solution:
     """Solve on a mesh made for the tolerance, and again on finer ones until it is met.
 
     Warns with AccuracyWarning where rounding or cost forbids it.  Collective.
     """
     tolerance = plan.scene.accuracy.tolerance
     if tolerance is None:
-        return solve(comm, plan, None, watch)
+        return solve(comm, plan, None, watch, journal)
     aim, solutions = tolerance, []
     for _ in range(MOST_MESHES):
-        solution = solve(comm, plan, aim, watch)
+        solution = solve(comm, plan, aim, watch, journal)
         solutions.append(solution)
         if solution.error <= tolerance:
             return solution
@@ -210,7 +232,13 @@ def can_refine(scene: Scene) -> bool:
     return not (isinstance(geometry, MeshFile) and geometry.file.suffix == ".msh")
 
 
-def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> Solution:
+def solve(
+    comm: MPI.Comm,
+    plan: Plan,
+    aim: float | None,
+    watch: Stopwatch,
+    journal: Journal | None = None,
+) -> Solution:
     """Modes and tensors on one mesh, with estimates of their errors. Collective."""
     scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
     if not scene.flat:
@@ -242,10 +270,10 @@ def solve(comm: MPI.Comm, plan: Plan, aim: float | None, watch: Stopwatch) -> So
     with watch.stage("tensors"):
         stretching = np.zeros((len(selected),) * 2)
         if plate.shape is None and plate.attraction is None:
-            quadratic, cubic, in_plane, diagnostics = tensors(scene, scales, modes, watch)
+            quadratic, cubic, in_plane, diagnostics = tensors(scene, scales, modes, watch, journal)
         else:
             stretching, quadratic, cubic, in_plane, diagnostics = loaded_tensors(
-                scene, scales, units, modes, watch
+                scene, scales, units, modes, watch, journal
             )
     with watch.stage("errors"):
         errors = accuracy.of_modes(modes)
@@ -334,7 +362,11 @@ def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
 
 
 def tensors(
-    scene: Scene, scales: Scales, modes: Modes, watch: Stopwatch
+    scene: Scene,
+    scales: Scales,
+    modes: Modes,
+    watch: Stopwatch,
+    journal: Journal | None = None,
 ) -> tuple[np.ndarray, np.ndarray, float, dict[str, Any]]:
     """Quadratic (N/m^2) and cubic (N/m^3) tensors by the route that the scene asks for.
 
@@ -353,7 +385,7 @@ def tensors(
         result = tangent(FlatCases(modes, in_plane), 1.0)
     else:
         result = stiffness_evaluation.step(
-            modes, count, 1.0, in_plane, lambda i, n: watch.tell("load cases", i, n)
+            modes, count, 1.0, in_plane, lambda i, n: watch.tell("load cases", i, n), journal
         )
     quadratic = scales.tension / amplitude * result.quadratic
     cubic = scales.cubic / strength * result.cubic
@@ -362,7 +394,12 @@ def tensors(
 
 
 def loaded_tensors(
-    scene: Scene, scales: Scales, units: state.Units, modes: Modes, watch: Stopwatch
+    scene: Scene,
+    scales: Scales,
+    units: state.Units,
+    modes: Modes,
+    watch: Stopwatch,
+    journal: Journal | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, dict[str, Any]]:
     """The same about a static state, after the scaled linear stretching. Collective."""
     method, count = scene.reduction.method, len(modes.parities)
@@ -378,6 +415,7 @@ def loaded_tensors(
             count,
             amplitude / units.deflection,
             progress=lambda i, n: watch.tell("load cases", i, n),
+            journal=journal,
         )
         quadratic, cubic = result.quadratic, result.cubic
         found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases}

@@ -12,7 +12,7 @@ equilibrium (SNES), and takes the consistent reaction of the deflection's degree
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import combinations, permutations
+from itertools import combinations, groupby, permutations
 from typing import Any
 
 import attrs
@@ -25,10 +25,11 @@ from nanorom.fem import accuracy, algebra, compat, membrane
 from nanorom.fem.cases import FlatCases
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
+from nanorom.fem.symmetry import Parity
+from nanorom.journal import Journal
 
 Case = tuple[tuple[int, int], ...]  # (mode, sign) of every mode taking part
 
-BATCH = 256  # load cases handed over together
 QUADRATIC_NOISE = 1e-3  # of the cubic force: quadratic coefficients below it are round-off
 SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
 
@@ -69,33 +70,59 @@ def step(
     amplitude: float,
     in_plane: str = "free",
     progress: Callable[[int, int], None] | None = None,
+    journal: Journal | None = None,
 ) -> StepResult:
     """Quadratic and cubic coefficients of the first ``count`` modes. Collective.
 
     ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
     ``membrane_stiffness`` is given.  A flat film does not tell the sides apart: of two opposite
-    cases one is solved.  Raises SolverError if a case does not converge.
+    cases one is solved.  Cases that the ``journal`` of an interrupted run holds are not solved
+    again.  Raises SolverError if a case does not converge.
     """
     statics = static_cases(modes, in_plane)
     cases = list(load_cases(count))
     solved = [case for case in cases if not (statics.odd and is_mirrored(case))]
-    forces: dict[Case, np.ndarray] = {}
-    for first in range(0, len(solved), BATCH):
-        batch = solved[first : first + BATCH]
-        q = np.zeros((len(modes.parities), len(batch)))
-        for column, case in enumerate(batch):
-            for mode, sign in case:
-                q[mode, column] = sign * amplitude
-        for case, force in zip(batch, statics.nonlinear_force(q).T):
-            forces[case] = force[:count]
+    batches = list(batches_of(solved, modes, statics.most_columns))
+    solved = [case for batch in batches for case in batch]
+    journal = journal or Journal()
+    dofs = modes.plate.deflections.dofmap.index_map.size_global
+    name = f"{dofs} dofs, eigenvalues {modes.eigenvalues.sum():.9e}"  # of this mesh, these modes
+    table = journal.table(name, (count, len(solved)))
+    done = 0
+    for batch in batches:
+        columns = slice(done, done + len(batch))
+        if np.isnan(table[:, columns]).any():
+            q = np.zeros((len(modes.parities), len(batch)))
+            for column, case in enumerate(batch):
+                for mode, sign in case:
+                    q[mode, column] = sign * amplitude
+            table[:, columns] = statics.nonlinear_force(q)[:count]
+            journal.keep()
+        done += len(batch)
         if progress is not None:
-            progress(first + len(batch), len(solved))
+            progress(done, len(solved))
+    forces = dict(zip(solved, table.T))
     for case in cases:
         if case not in forces:
             forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
     quadratic, cubic = coefficients(forces, count, amplitude)
     error = statics.in_plane_error(amplitude)
     return symmetric(quadratic, cubic, amplitude, len(solved), error)
+
+
+def batches_of(cases: list[Case], modes: Modes, most: int) -> Iterator[list[Case]]:
+    """Cases that are solved together: those in which the same classes of symmetry move.
+
+    An interrupted run solves the same batches, so that its result is the same to the last bit.
+    """
+
+    def moving(case: Case) -> list[Parity]:
+        return sorted({modes.parities[mode] for mode, _ in case})
+
+    for _, alike in groupby(sorted(cases, key=moving), key=moving):
+        members = list(alike)
+        for first in range(0, len(members), most):
+            yield members[first : first + most]
 
 
 def is_mirrored(case: Case) -> bool:
@@ -135,6 +162,7 @@ class StaticCases:
             self._tangent = np.column_stack([tangent.solve(w) for w in modes.shapes.T])
 
     odd = False
+    most_columns = 8  # load cases between which a journal is kept
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""

@@ -1,4 +1,5 @@
 import os
+import platform
 import re
 import signal
 import subprocess
@@ -34,7 +35,7 @@ def test_failure_leaves_the_old_file_and_nothing_else(tmp_path):
     assert contents(tmp_path) == ["rom.h5"]
 
 
-def test_killed_process_leaves_the_old_file(tmp_path):
+def test_killed_process_leaves_the_old_file_and_the_next_one_tidies_up(tmp_path):
     target = tmp_path / "rom.h5"
     target.write_text("old")
     script = (
@@ -53,6 +54,12 @@ def test_killed_process_leaves_the_old_file(tmp_path):
     process.wait()
     process.stdout.close()
     assert target.read_text() == "old"
+    assert len(contents(tmp_path)) == 2
+    other = tmp_path / f".rom.{platform.node()}-{os.getppid()}.part.h5"  # of a run under way
+    other.touch()
+    with atomic_path(target) as temporary:
+        temporary.write_text("new")
+    assert contents(tmp_path) == [other.name, "rom.h5"]
 
 
 def test_full_disk_is_one_line_that_names_the_file(tmp_path):
