@@ -17,7 +17,7 @@ from nanorom.fem import compat, membrane, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
-ROUNDING = 0.3 * np.finfo(float).eps / 2  # per unit of sum K_ii phi_i^2 / lambda: measured
+ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
 SHAPE_FACTOR = 1.5  # from the extrapolated tail of the shapes to the error of the cubic tensor
 BACK = 2  # degrees between the two tails that are compared
 
@@ -52,7 +52,8 @@ def of_modes(modes: Modes) -> ModeErrors:
     for i, parity in enumerate(modes.parities):
         entries = modes.stiffness[parity].getDiagonal().array
         diagonal[i] = np.sum(np.abs(entries) * modes.shapes[: modes.n_owned, i] ** 2)
-    rounding = ROUNDING * comm.allreduce(diagonal) / total_energy
+    # of the curvature at a point, not of the matrix's entries, which are its squares
+    rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / total_energy)
     discretisation = 0.5 * extrapolated(totals[1], totals[0]) / total_energy
     shape = np.sqrt(extrapolated(totals[3], totals[2]) / square)
     return ModeErrors(discretisation + rounding, rounding, shape)

@@ -78,17 +78,37 @@ def negative_pivots(solver: PETSc.KSP) -> int:
     return int(solver.getPC().getFactorMatrix().getInertia()[0])
 
 
-class Factorization:
+class Factors:
+    """A matrix and the direct solver that has its factors."""
+
+    def __init__(self, matrix: PETSc.Mat, solver: PETSc.KSP) -> None:
+        self.matrix = matrix
+        self.solver = solver
+
+    def solve_once(self, right_hand_sides: np.ndarray) -> np.ndarray:
+        """Solutions (owned rows, m) for right-hand sides (owned rows, m), to the factors' digits.
+
+        Collective.
+        """
+        b = dense(self.matrix, right_hand_sides)
+        x = dense(self.matrix, np.zeros_like(right_hand_sides))
+        self.solver.getPC().getFactorMatrix().matSolve(b, x)
+        solution = np.array(x.getDenseArray())
+        b.destroy()
+        x.destroy()
+        return solution
+
+
+class Factorization(Factors):
     """Cholesky factors of a symmetric positive definite matrix, for many right-hand sides.
 
     Raises SolverError, which calls the matrix by its ``meaning``, if it is not positive definite.
     """
 
     def __init__(self, matrix: PETSc.Mat, prefix: str, meaning: str) -> None:
-        self.matrix = matrix
+        super().__init__(matrix, PETSc.KSP().create(matrix.comm))
         self.meaning = meaning
         self._scale = matrix.getDiagonal().max()[1]
-        self.solver = PETSc.KSP().create(matrix.comm)
         self.solver.setOptionsPrefix(prefix)
         self.solver.setOperators(matrix)
         use_cholesky(self.solver)
@@ -105,7 +125,7 @@ class Factorization:
 
         Raises SolverError if a relative residual exceeds `RESIDUAL_TOLERANCE`.
         """
-        solution = self._solve_once(right_hand_sides)
+        solution = self.solve_once(right_hand_sides)
         for _ in range(MOST_REFINEMENTS):
             residual = right_hand_sides - multiply(self.matrix, solution)
             scaled = self._scale * solution
@@ -113,21 +133,12 @@ class Factorization:
             size = np.sqrt(self.matrix.comm.tompi4py().allreduce(np.array(squares)))
             if not size[0] > REFINED * size[1]:
                 return solution
-            solution = solution + self._solve_once(residual)
+            solution = solution + self.solve_once(residual)
         if not size[0] <= RESIDUAL_TOLERANCE * (size[1] + size[2]):
             raise SolverError(
                 f"the {self.meaning} was solved to a relative residual of "
                 f"{size[0] / (size[1] + size[2]):.1e} only; check the mesh for degenerate cells"
             )
-        return solution
-
-    def _solve_once(self, right_hand_sides: np.ndarray) -> np.ndarray:
-        b = dense(self.matrix, right_hand_sides)
-        x = dense(self.matrix, np.zeros_like(right_hand_sides))
-        self.solver.getPC().getFactorMatrix().matSolve(b, x)
-        solution = np.array(x.getDenseArray())
-        b.destroy()
-        x.destroy()
         return solution
 
 

@@ -39,7 +39,7 @@ class FlatCases:
 
     def __init__(self, modes: Modes, in_plane: str = "free") -> None:
         self.modes, self.plate = modes, modes.plate
-        self._stiffness = modes.modal(modes.stiffness)
+        self._stiffness = modes.modal_stiffness()
         self._members = {
             p: np.array([i for i, own in enumerate(modes.parities) if own == p])
             for p in sorted(set(modes.parities))

@@ -17,6 +17,7 @@ from nanorom.fem import modes as eigen
 from nanorom.fem.film import Film
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
+from nanorom.fem.ritz import LinearForce
 from nanorom.fem.symmetry import Parity
 
 
@@ -30,30 +31,38 @@ def solve(plate: Plate, count: int) -> Modes:
     if plate.shape is None:
         return eigen.solve(plate, count)
     film = Film(plate)
-    energy = film.stretching_energy()
+    energy = plate.tangent_energy(film.u, film.w)
     second = ufl.derivative(ufl.derivative(energy, film.state), film.state)
     stretching = algebra.assemble(compat.form(second))
     stiffness = eigen.class_stiffness(plate)
+    force = LinearForce(plate, film.state, film.w, energy + plate.linear_energy(film.w))
     mass = algebra.assemble(compat.form(plate.mass_form()))
     film_mass = film.embed(mass)
     solvers = {}
     for parity, linear in stiffness.items():
         total = film.embed(linear)
         total.axpy(1.0, stretching, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        solvers[parity] = CoupledSolver(film, parity, total, film_mass)
-    return eigen.lowest_of_classes(plate, solvers, stiffness, mass, count)
+        solvers[parity] = CoupledSolver(film, parity, total, film_mass, force)
+    own_force = LinearForce.of(plate)
+    return eigen.lowest_of_classes(plate, solvers, stiffness, mass, own_force, count)
 
 
 class CoupledSolver(eigen.ClassSolver):
     """Lowest modes of one class of symmetry, the in-plane displacement without mass."""
 
     def __init__(
-        self, film: Film, parity: Parity, stiffness: PETSc.Mat, mass: PETSc.Mat
+        self,
+        film: Film,
+        parity: Parity,
+        stiffness: PETSc.Mat,
+        mass: PETSc.Mat,
+        force: LinearForce,
     ) -> None:
         self.parity = parity
         self.film = film
         self.free = algebra.FreeDofs(film.space, film.fixed(parity))
         self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
+        self._linear_force = force
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))
 

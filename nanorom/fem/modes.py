@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import attrs
 import numpy as np
@@ -13,6 +13,7 @@ from slepc4py import SLEPc
 from nanorom.errors import SolverError
 from nanorom.fem import algebra, compat
 from nanorom.fem.plate import Plate
+from nanorom.fem.ritz import Columns, LinearForce, polished
 from nanorom.fem.symmetry import Parity
 
 EIGEN_TOLERANCE = 1e-14  # of the eigensolver, relative to the eigenvalue
@@ -32,7 +33,8 @@ class Modes:
 
     eigenvalues: (n,) squared frequencies in the plate's units; shapes: (local dofs, n), of unit
     modal mass on the meshed part when solved for; parities: n classes of symmetry; stiffness:
-    assembled on all degrees of freedom, by class; mass: assembled on all degrees of freedom.
+    assembled on all degrees of freedom, by class; mass: assembled on all degrees of freedom;
+    force: what the stiffness does, to more digits.
     """
 
     plate: Plate
@@ -41,22 +43,30 @@ class Modes:
     parities: list[Parity]
     stiffness: dict[Parity, PETSc.Mat]
     mass: PETSc.Mat
+    force: LinearForce
 
     @property
     def n_owned(self) -> int:
         """Degrees of freedom of this rank, the first of the local ones."""
         return self.mass.getLocalSize()[0]
 
-    def modal(self, matrices: dict[Parity, PETSc.Mat]) -> np.ndarray:
-        """Phi^T K Phi (L, L) over the whole film of matrices by class. Collective.
+    def modal(self, operators: Mapping[Parity, PETSc.Mat]) -> np.ndarray:
+        """Phi^T K Phi (L, L) over the whole film of matrices by class. Collective."""
+        return self._products(
+            lambda parity, shapes: algebra.multiply(operators[parity], shapes[: self.n_owned])
+        )
 
-        Modes of different parity have no product.
-        """
+    def modal_stiffness(self) -> np.ndarray:
+        """Phi^T K Phi (L, L) over the whole film of tension and bending. Collective."""
+        return self._products(self.force)
+
+    def _products(self, force: Callable[[Parity, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Work (L, L) of the forces of all modes; different parities have none. Collective."""
         owned = self.shapes[: self.n_owned]
         columns = np.empty_like(owned)
-        for parity in set(self.parities):
+        for parity in sorted(set(self.parities)):  # collective: in one order on every rank
             own = [i for i, p in enumerate(self.parities) if p == parity]
-            columns[:, own] = algebra.multiply(matrices[parity], owned[:, own])
+            columns[:, own] = force(parity, self.shapes[:, own])
         same = np.array([[a == b for b in self.parities] for a in self.parities])
         product = self.plate.mirrors.copies * same * (owned.T @ columns)
         product = self.plate.domain.comm.allreduce(product)
@@ -85,9 +95,9 @@ def solve(plate: Plate, count: int) -> Modes:
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
     mass = algebra.assemble(compat.form(plate.mass_form()))
-    stiffness = class_stiffness(plate)
-    solvers = {p: ClassSolver(plate, p, k, mass) for p, k in stiffness.items()}
-    return lowest_of_classes(plate, solvers, stiffness, mass, count)
+    stiffness, force = class_stiffness(plate), LinearForce.of(plate)
+    solvers = {p: ClassSolver(plate, p, k, mass, force) for p, k in stiffness.items()}
+    return lowest_of_classes(plate, solvers, stiffness, mass, force, count)
 
 
 def lowest_of_classes(
@@ -95,6 +105,7 @@ def lowest_of_classes(
     solvers: Mapping[Parity, ClassSolver],
     stiffness: dict[Parity, PETSc.Mat],
     mass: PETSc.Mat,
+    force: LinearForce,
     count: int,
 ) -> Modes:
     """The lowest modes of all classes of symmetry together. Collective."""
@@ -116,7 +127,8 @@ def lowest_of_classes(
             break
         for solver in short:
             solver.compute(2 * len(solver.eigenvalues))
-    return _merged(plate, solvers, stiffness, mass, count)
+    values, shapes, parities = _merged(solvers, count)
+    return Modes(plate, values, shapes, parities, stiffness, mass, force)
 
 
 def class_stiffness(plate: Plate) -> dict[Parity, PETSc.Mat]:
@@ -152,11 +164,17 @@ class ClassSolver:
     """Lowest modes of one class of symmetry."""
 
     def __init__(
-        self, plate: Plate, parity: Parity, stiffness: PETSc.Mat, mass: PETSc.Mat
+        self,
+        plate: Plate,
+        parity: Parity,
+        stiffness: PETSc.Mat,
+        mass: PETSc.Mat,
+        force: LinearForce,
     ) -> None:
         self.parity = parity
         self.free = free_deflections(plate, parity)
         self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
+        self._linear_force = force
         self.plate = plate
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))
@@ -168,7 +186,12 @@ class ClassSolver:
 
     def compute(self, count: int) -> None:
         """Compute the ``count`` lowest modes, or all there are. Collective."""
-        self.eigenvalues, self.vectors = lowest(self._k, self._m, min(count, self.free.size))
+        count = min(count, self.free.size)
+        self.eigenvalues, self.vectors = lowest(self._k, self._m, count, self._force)
+
+    def _force(self, vectors: np.ndarray) -> np.ndarray:
+        """What the stiffness does to vectors (owned free rows, m). Collective."""
+        return self._linear_force(self.parity, self.free.extended(vectors))[self.free.local]
 
     def deflection(self, i: int) -> np.ndarray:
         """Deflection (local dofs,) of a mode. Collective."""
@@ -179,12 +202,8 @@ class ClassSolver:
 
 
 def _merged(
-    plate: Plate,
-    solvers: Mapping[Parity, ClassSolver],
-    stiffness: dict[Parity, PETSc.Mat],
-    mass: PETSc.Mat,
-    count: int,
-) -> Modes:
+    solvers: Mapping[Parity, ClassSolver], count: int
+) -> tuple[np.ndarray, np.ndarray, list[Parity]]:
     """The lowest modes of all classes together, up to the end of the last cluster."""
     found = sorted(
         (value, parity, i)
@@ -195,11 +214,16 @@ def _merged(
     last = [group for group in clusters(values, NEAR) if group[0] < count][-1][-1] + 1
     shapes = np.column_stack([solvers[p].deflection(n) for _, p, n in found[:last]])
     parities = [parity for _, parity, _ in found[:last]]
-    return Modes(plate, values[:last], shapes, parities, stiffness, mass)
+    return values[:last], shapes, parities
 
 
-def lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The ``count`` lowest eigenvalues and the owned rows of their vectors."""
+def lowest(
+    k: PETSc.Mat, m: PETSc.Mat, count: int, force: Columns | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """The ``count`` lowest eigenvalues and the owned rows of their vectors. Collective.
+
+    ``force``: what k does, to more digits than its entries have.
+    """
     solver = SLEPc.EPS().create(k.comm)
     solver.setOptionsPrefix("nanorom_modes_")
     solver.setOperators(k, m)
@@ -248,5 +272,8 @@ def lowest(k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarr
                 f"mode {i + 1} has a relative residual of {residual:.1e}, more than "
                 f"{EIGEN_ACCEPTED:.0e}; refine the mesh or check the tension"
             )
+    if force is not None:
+        factors = algebra.Factors(k, transform.getKSP())
+        return polished(force, m, factors.solve_once, vectors)
     order = np.argsort(values)
     return values[order], vectors[:, order]

@@ -485,4 +485,4 @@ def modal_products(modes: Modes) -> ModalProducts:
     slope[:, [[a != b for b in parities] for a in parities]] = 0.0
     area[[parity != plate.mirrors.even for parity in parities]] = 0.0
     mass = modes.modal(dict.fromkeys(parities, modes.mass))
-    return ModalProducts(modes.modal(modes.stiffness), np.diag(mass).copy(), area, slope)
+    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)

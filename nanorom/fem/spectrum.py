@@ -17,6 +17,7 @@ from nanorom.fem import algebra, compat, discretisation
 from nanorom.fem import modes as eigen
 from nanorom.fem.modes import ClassSolver, Modes
 from nanorom.fem.reduce import Scales, build_plate, name
+from nanorom.fem.ritz import LinearForce
 from nanorom.fem.symmetry import Parity
 from nanorom.identify import Lines
 from nanorom.scene import Scene, Tension
@@ -38,15 +39,16 @@ class Spectrum:
         chosen = discretisation.choose(scene, scales.length, layer, scene.accuracy.tolerance)
         self.plate = plate = build_plate(comm, scene, scales, chosen)
         self.mass = algebra.assemble(compat.form(plate.mass_form()))
-        constants = (plate.tension_x, plate.tension_y, plate.bending_stiffness)
+        self.constants = (plate.tension_x, plate.tension_y, plate.bending_stiffness)
         # per N/m, N/m and N m, in the plate's unit of stiffness
         units = (scales.tension, scales.tension, scales.tension * scales.length**2)
         self.parts: list[dict[Parity, PETSc.Mat]] = []
-        for part in constants:
-            for constant in constants:
+        for part in self.constants:
+            for constant in self.constants:
                 constant.value = 0.0
             part.value = 1.0
             self.parts.append(eigen.class_stiffness(plate))
+        self.force = LinearForce.of(plate)
         self.units = np.array(units)
 
     def __call__(
@@ -54,11 +56,15 @@ class Spectrum:
     ) -> Lines:
         """The ``count`` lowest resonances: T_x, T_y in N/m, D in N m, rho h in kg/m^2."""
         weights = np.array([tension_x, tension_y, bending]) / self.units
+        for constant, weight in zip(self.constants, weights):
+            constant.value = weight
         stiffness = {p: self._combined(weights, p) for p in self.plate.mirrors.classes}
         solvers = {
-            p: ClassSolver(self.plate, p, k, self.mass) for p, k in stiffness.items()
+            p: ClassSolver(self.plate, p, k, self.mass, self.force) for p, k in stiffness.items()
         }
-        modes = eigen.lowest_of_classes(self.plate, solvers, stiffness, self.mass, count)
+        modes = eigen.lowest_of_classes(
+            self.plate, solvers, stiffness, self.mass, self.force, count
+        )
         scene = attrs.evolve(self.scene, tension=Tension(tension_x, tension_y))
         modes, names = name(scene, modes)
         return self._lines(modes, names, areal_mass)

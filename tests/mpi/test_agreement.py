@@ -1,0 +1,63 @@
+"""Any number of ranks gives the model that one gives; run with mpirun these tests compare them."""
+
+import attrs
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from nanorom.fem import reduce_scene
+from nanorom.fem.discretisation import MESHES
+from nanorom.rom import ReducedModel
+from nanorom.scene import Accuracy, Load, MeshFile, Reduction
+from tests.fem.exact import RADIUS, drum, paper_drum
+
+SAME = 1e-10  # of the largest entry
+FEW_CELLS = Accuracy(degree=5, mesh_size=RADIUS / 2)
+
+SCENES = {
+    "paper": paper_drum(6),
+    "degenerate pairs": drum(100.0, count=6, accuracy=FEW_CELLS),
+    "degenerate pairs without mirrors": attrs.evolve(
+        drum(100.0, count=3, accuracy=FEW_CELLS),
+        geometry=MeshFile(file=MESHES / "drum.geo", scale=RADIUS),
+    ),
+    "static load cases": drum(
+        100.0, count=3, accuracy=FEW_CELLS, reduction=Reduction(method="step")
+    ),
+    "static load": drum(100.0, count=3, accuracy=FEW_CELLS, load=Load(pressure="2 kPa")),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_ranks_give_the_same_model(scene):
+    alone = reduce_scene(scene, comm=MPI.COMM_SELF)
+    assert_same(reduce_scene(scene), alone)
+
+
+def assert_same(model, other):
+    """All that goes into the file but times and number of ranks."""
+    for field in attrs.fields(ReducedModel):
+        found, expected = getattr(model, field.name), getattr(other, field.name)
+        if field.name == "diagnostics":
+            found, expected = untimed(found), untimed(expected)
+        assert_close(found, expected, field.name)
+
+
+def untimed(diagnostics):
+    """What a computation tells of itself, estimates of its errors and times apart."""
+    free = ("ranks", "seconds", "error", "asymmetry")
+    return {name: value for name, value in diagnostics.items() if not name.startswith(free)}
+
+
+def assert_close(found, expected, name):
+    if attrs.has(type(found)):
+        found, expected = attrs.asdict(found), attrs.asdict(expected)
+    if isinstance(found, dict):
+        assert found.keys() == expected.keys()
+        for key in found:
+            assert_close(found[key], expected[key], f"{name} {key}")
+    elif np.asarray(found).dtype.kind == "f":
+        scale = np.abs(expected).max(initial=0.0)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=SAME * scale, err_msg=name)
+    else:
+        assert np.array_equal(found, expected), name

@@ -1,0 +1,27 @@
+"""A part of the suite again on several ranks."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CHOSEN = ["tests/mpi/test_agreement.py", "tests/fem/test_drum.py"]
+NAMES = {2: "agreement or table_1 or more_modes", 3: "agreement"}  # by number of ranks
+LIMIT = 600  # seconds
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", NAMES)
+def test_suite_passes_on_ranks(ranks):
+    suite = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", NAMES[ranks]]
+    done = subprocess.run(
+        ["mpirun", "-n", str(ranks), *suite, *CHOSEN],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT,
+    )
+    assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]
+    assert done.stdout.count(" passed") == ranks, done.stdout[-5000:]
