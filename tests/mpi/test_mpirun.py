@@ -1,5 +1,6 @@
 """A part of the suite again on several ranks."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +20,7 @@ def test_suite_passes_on_ranks(ranks):
     done = subprocess.run(
         ["mpirun", "-n", str(ranks), *suite, *CHOSEN],
         cwd=ROOT,
+        env=dict(os.environ),  # without what MPI, if loaded here, has put in beside Python
         capture_output=True,
         text=True,
         timeout=LIMIT,
