@@ -103,7 +103,8 @@ def _parser() -> argparse.ArgumentParser:
 
     sub = command("run", _run, "Do everything a scene asks for: model, response, pictures.")
     sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
-    sub.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="results")
+    where = "results; default: results/SCENE without .toml"
+    sub.add_argument("-o", "--output", type=Path, metavar="DIR", help=where)
     _add_overrides(sub)
 
     sub = command("plan", _plan, "Say what a scene needs, what is skipped and why, and its cost.")
@@ -238,11 +239,12 @@ def _run(options: argparse.Namespace) -> None:
     from nanorom.workflow import mpi_rank, run
 
     scene = _scene(options)
+    directory = options.output or Path("results") / options.scene.stem
     with _progress() as progress:
-        summary = run(scene, options.output, progress)
+        summary = run(scene, directory, progress)
     if summary is not None and mpi_rank() == 0:
         total = sum(summary["seconds"].values())
-        print(f"results in {options.output} after {total:.1f} s")
+        print(f"results in {directory} after {total:.1f} s")
 
 
 def _plan(options: argparse.Namespace) -> None:

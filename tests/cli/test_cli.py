@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import warnings
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -91,6 +92,13 @@ def test_run_leaves_model_response_pictures_and_summary(results):
         "rom.h5",
         "summary.json",
     ]
+
+
+def test_run_names_its_results_after_the_scene(scene, monkeypatch):
+    asked = []
+    monkeypatch.setattr("nanorom.workflow.run", lambda scene, where, progress: asked.append(where))
+    assert main(["run", str(scene)]) == 0
+    assert asked == [Path("results/drum")]
 
 
 def test_run_finds_the_exact_frequencies_of_the_drum(results):

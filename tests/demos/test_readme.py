@@ -52,7 +52,7 @@ def test_files_and_modules_that_are_named_exist():
     package = REPOSITORY / "nanorom"
     for name in re.findall(r"`((?:fem/|continuation/|plots/)\w*)`", README):
         assert (package / f"{name}.py").is_file() or (package / name).is_dir(), name
-    for name in re.findall(r"demos/[\w-]+\.\w+|docker/\w+(?:\.\w+)?", README):
+    for name in re.findall(r"demos/[\w-]+\.\w+|docker/[\w-]+(?:\.\w+)?", README):
         assert (REPOSITORY / name).is_file(), name
 
 
