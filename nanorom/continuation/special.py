@@ -253,10 +253,10 @@ def _lagrange(nodes: Array, positions: Array) -> Array:
 def _neutral(before: Array, after: Array) -> bool:
     """Whether real pairs with product one alone make the torus function change sign."""
 
-    def split(values: Array) -> tuple[int, float]:
-        complex_ones = np.abs(values.imag) > 1e-9
-        outside = np.abs(values[complex_ones]) > 1
-        return int(complex_ones.sum()), (-1.0) ** (outside.sum() // 2)
+    def split(values: Array) -> tuple[int, int, int]:
+        # a real pair may turn complex, cross the circle and be real again
+        complex_ones, outside = np.abs(values.imag) > 1e-9, np.abs(values) > 1
+        return complex_ones.sum(), (complex_ones & outside).sum(), outside.sum()
 
     return split(before) == split(after)
 

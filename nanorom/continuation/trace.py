@@ -218,7 +218,8 @@ class Tracer:
         for _ in range(12):
             weights = length ** np.arange(len(rates))
             x, rate = balance.basis.unpack(weights @ packed), float(weights @ rates)
-            error = float(np.abs(balance.residual(x, rate)).max(initial=0.0))
+            residual = balance.basis.pack(balance.residual(x, rate))
+            error = float(np.abs(residual).max(initial=0.0))
             good_tail = self.tail(balance, x) < 30 * self.settings.tolerance
             if rate > 0 and error < 1e-6 * scale * max(1.0, rate**2) and good_tail:
                 return length
