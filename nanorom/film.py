@@ -12,6 +12,7 @@ from nanorom import validation as v
 from nanorom.errors import SceneError
 
 KINDS = ("clamped", "simply_supported", "free")
+MODELS = ("auto", "membrane", "plate", "shell", "beam")
 
 
 def _shape_file(value: Any) -> Path | None:
@@ -29,12 +30,13 @@ def _shape_file(value: Any) -> Path | None:
 class Plate:
     """The film's thickness, model and shape.
 
-    model: membrane (no bending), plate (Kirchhoff), beam or auto; initial_shape: table with
-    columns x, y and height z in m of the film before tension and load act, on any points.
+    model: membrane (no bending), plate (Kirchhoff), shell (rotations of any size, any surface in
+    space), beam (one dimension) or auto (membrane or plate); initial_shape: table with columns x, y
+    and height z in m of the film before tension and load act, on any points.
     """
 
     thickness: float = v.quantity("plate.thickness", "m")
-    model: str = v.choice("plate.model", ("auto", "membrane", "plate", "beam"), default="auto")
+    model: str = v.choice("plate.model", MODELS, default="auto")
     initial_shape: Path | None = v.custom("plate.initial_shape", _shape_file, default=None)
 
 

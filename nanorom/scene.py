@@ -172,6 +172,11 @@ class Scene:
             )
         if self.plate.model == "plate" and self.accuracy.degree == 1:
             raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
+        if not self.flat and self.reduction.method == "tangent":
+            raise SceneError(
+                "reduction.method: found tangent for a film that is not flat; "
+                "allowed: direct | step"
+            )
         if self.damping is not None:
             self.damping.per_mode(len(self.modes.numbers))
         if not self.flat and self.reduction.in_plane == "fixed":

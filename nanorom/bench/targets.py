@@ -69,7 +69,16 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     import ufl
     from mpi4py import MPI
 
-    from nanorom.fem import algebra, compat, condensation, discretisation, membrane, reduce
+    from nanorom.fem import (
+        algebra,
+        build,
+        compat,
+        condensation,
+        discretisation,
+        labels,
+        membrane,
+        reduce,
+    )
     from nanorom.fem import modes as eigen
     from nanorom.fem.scales import Scales
     from nanorom.fem.shapes import normalise
@@ -79,10 +88,10 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     scales = Scales.of(case.scene)
     layer = float(np.sqrt(scales.bending))
     chosen = discretisation.choose(case.scene, scales.length, layer, None)
-    plate = reduce.build_plate(MPI.COMM_SELF, case.scene, scales, chosen)
+    plate = build.build_plate(MPI.COMM_SELF, case.scene, scales, chosen)
     clock = _Clock()
     modes = eigen.solve(plate, 11)
-    modes, _ = reduce.name(case.scene, modes)
+    modes, _ = labels.name(case.scene, modes)
     modes = normalise(modes.take(np.arange(11)))
     modal = clock.lap()
     stiffness = algebra.assemble(compat.form(plate.in_plane_form()))

@@ -198,14 +198,14 @@ def assemble_matrix_into(matrix: Any, form: Any) -> None:
 
 
 def surface_space(mesh: Any, degree: int, components: int) -> Any:
-    """Continuous vector-valued Lagrange space on a triangulated surface in space."""
+    """As `lagrange_space`, on a triangulated surface in space."""
     if _basix_ufl is not None:
-        element = _basix_ufl.element(
-            "Lagrange", "triangle", degree, lagrange_variant=_GLL, shape=(components,)
-        )
-        return fem.functionspace(mesh, element)
-    element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=components)
-    return fem.FunctionSpace(mesh, element)
+        return lagrange_space(mesh, degree, components)
+    with quiet():
+        if components == 1:
+            return fem.FunctionSpace(mesh, ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree))
+        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=components)
+        return fem.FunctionSpace(mesh, element)
 
 
 def create_surface_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int) -> Any:

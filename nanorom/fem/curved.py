@@ -28,6 +28,13 @@ def reference_nodes(order: int) -> np.ndarray:
     return np.column_stack([1 - points.sum(axis=1), points])
 
 
+def turned_over(order: int) -> np.ndarray:
+    """Order of a cell's nodes (n,) in which its second and third vertex have changed places."""
+    nodes = np.rint(order * reference_nodes(order)).astype(int).tolist()
+    place = {tuple(node): i for i, node in enumerate(nodes)}
+    return np.array([place[a, c, b] for a, b, c in nodes])
+
+
 def number_nodes(triangles: np.ndarray, n_vertices: int, order: int) -> tuple[np.ndarray, int]:
     """Number the nodes of order-``order`` triangles so that neighbours share them.
 

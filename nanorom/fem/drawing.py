@@ -6,7 +6,7 @@ import numpy as np
 
 from nanorom.fem import quadrature
 from nanorom.fem.modes import Modes
-from nanorom.fem.shapes import bounding_box, lattice
+from nanorom.fem.shapes import lattice
 
 MOST_POINTS = 20_000  # beyond it the cells are drawn with fewer points each
 MERGE = 1e-9  # of the film's size: nearer points are one
@@ -20,26 +20,29 @@ def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     while fineness > 1 and n_cells * plate.mirrors.copies * fineness**2 / 2 > MOST_POINTS:
         fineness -= 1
     reference = lattice(fineness)
-    points, values = [np.empty((0, 2))], [np.empty((0, modes.shapes.shape[1]))]
+    dimension = plate.domain.mesh.geometry.dim
+    points, values = [np.empty((0, dimension))], [np.empty((0, modes.shapes.shape[1]))]
     weights = np.zeros(len(reference))
     for field in quadrature.fields_at(plate, reference, weights, columns=modes.shapes.shape[1]):
-        points.append(field.points.reshape(-1, 2))
+        places = quadrature.map_cells(plate, field.cells, reference)[0]
+        points.append(places.reshape(-1, dimension))
         values.append(field.value(modes.shapes).reshape(-1, modes.shapes.shape[1]))
     points_all = np.concatenate(comm.allgather(np.concatenate(points)))
     values_all = np.concatenate(comm.allgather(np.concatenate(values)))
     points_all, copied = plate.mirrors.unfold(points_all, values_all.T, modes.parities)
     values_all = copied.T
     n_cells *= plate.mirrors.copies
-    low, high = bounding_box(plate)
-    grid = np.rint((points_all - low) / (MERGE * (high - low).max())).astype(np.int64)
+    low, size = points_all.min(axis=0), np.ptp(points_all, axis=0).max()
+    grid = np.rint((points_all - low) / (MERGE * size)).astype(np.int64)
     _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     small = _lattice_triangles(fineness)
     start = np.arange(n_cells)[:, None, None] * len(reference)
     triangles = number.reshape(-1)[(start + small).reshape(-1, 3)]
     triangles = np.sort(triangles, axis=1)
     triangles = triangles[np.lexsort(triangles.T[::-1])]  # the same whatever the partition
-    flat = np.column_stack([points_all[first], np.zeros(len(first))])
-    return flat, triangles.astype(np.int32), np.ascontiguousarray(values_all[first].T)
+    in_space = np.zeros((len(first), 3))
+    in_space[:, :dimension] = points_all[first]
+    return in_space, triangles.astype(np.int32), np.ascontiguousarray(values_all[first].T)
 
 
 def _lattice_triangles(n: int) -> np.ndarray:

@@ -14,10 +14,24 @@ from scipy.special import jn_zeros, jv
 from nanorom.fem import quadrature
 from nanorom.fem.modes import Modes, clusters
 from nanorom.fem.shapes import bounding_box, extent, orient
-from nanorom.fem.symmetry import Parity
+from nanorom.fem.symmetry import Parity, is_symmetric
+from nanorom.scene import Disc, Rectangle, Scene
 
 MIXED = 0.9  # a second component at least so large makes a name of two
 RADIAL_GRID = 501  # points of a tabulated Bessel function: enough to tell modes apart
+
+
+def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
+    """Orient degenerate modes and name all of them by the scene's shape. Collective."""
+    if isinstance(scene.geometry, Disc):
+        isotropic = scene.tension.x == scene.tension.y
+        return name_drum(modes, isotropic and is_symmetric(scene))
+    if isinstance(scene.geometry, Rectangle):
+        free = {side: kind == "free" for side, kind in scene.supports.items()}
+        return name_rectangle(
+            modes, free_x=free["left"] and free["right"], free_y=free["bottom"] and free["top"]
+        )
+    return name_by_number(modes)
 
 
 def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:

@@ -14,9 +14,11 @@ import attrs
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.errors import MeshError
+from nanorom.errors import MeshError, NanoromError
 from nanorom.fem import compat, curved
 from nanorom.fem.symmetry import AXES, OPPOSITE, Mirrors, line
+
+Placement = Callable[[np.ndarray], np.ndarray]  # points (n, 2) of a flat mesh -> (n, 3)
 
 ON_MIRROR = 1e-9  # of the film's size: points nearer to a mirror lie on it
 
@@ -41,8 +43,8 @@ class Grading:
 class MeshData:
     """A mesh as plain arrays: what gmsh gave, before it is distributed.
 
-    points: (n, 2); cells: (c, nodes) in the coordinate element's order; order: of the map;
-    facets: physical curve -> vertex pairs (m, 2).
+    points: (n, 2), or (n, 3) of a surface in space; cells: (c, nodes) in the coordinate element's
+    order; order: of the map; facets: physical curve -> vertex pairs (m, 2).
     """
 
     points: np.ndarray
@@ -50,6 +52,14 @@ class MeshData:
     order: int
     facets: Mapping[str, np.ndarray]
 
+    def placed(self, place: Placement) -> MeshData:
+        """This flat mesh on a surface in space, the upper side of every cell up."""
+        corners = self.points[self.cells[:, :3]]
+        side = corners[:, 1:] - corners[:, :1]
+        under = side[:, 0, 0] * side[:, 1, 1] < side[:, 0, 1] * side[:, 1, 0]
+        cells = self.cells.copy()
+        cells[under] = cells[under][:, curved.turned_over(self.order)]
+        return MeshData(place(self.points), cells, self.order, self.facets)
 
     def unfolded(self, mirrors: Mirrors) -> MeshData:
         """The whole film from the part that lies at positive coordinates of the mirrors."""
@@ -104,22 +114,27 @@ def build(
     grading: Grading | None = None,
     unfold: Mirrors | None = None,
     size_factor: float = 1.0,
+    place: Placement | None = None,
+    in_space: bool = False,
 ) -> Domain:
     """Mesh a ``.geo`` (with its parameters) or read a ``.msh`` and distribute it. Collective.
 
     ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``unfold`` names the mirrors by
     which the part in the file makes the whole film; ``size_factor`` scales the cells that the file
-    asks for.  Raises MeshError on every rank alike.
+    asks for; ``place`` puts the points (n, 2) of a flat file on a surface in space (n, 3);
+    ``in_space``: the file is such a surface itself.  Raises MeshError on every rank alike.
     """
-    data: MeshData | MeshError | None = None
+    data: MeshData | NanoromError | None = None
     if comm.rank == 0:
         try:
-            data = load(file, parameters or {}, order, grading, size_factor)
+            data = load(file, parameters or {}, order, grading, size_factor, in_space)
             data = data.unfolded(unfold or Mirrors())
-        except MeshError as error:
+            if place is not None:
+                data = data.placed(place)
+        except NanoromError as error:
             data = error
-    data = comm.bcast(data if comm.rank == 0 and isinstance(data, MeshError) else None) or data
-    if isinstance(data, MeshError):
+    data = comm.bcast(data if isinstance(data, NanoromError) else None) or data
+    if isinstance(data, NanoromError):
         raise data
     return distribute(comm, data)
 
@@ -128,10 +143,12 @@ def distribute(comm: MPI.Comm, data: MeshData | None) -> Domain:
     """Spread the mesh of rank 0 over the ranks and find its tagged facets. Collective."""
     order = comm.bcast(data.order if data else None)
     facets = comm.bcast(dict(data.facets) if data else None)
+    dimension = comm.bcast(data.points.shape[1] if data else None)
     n_nodes = (order + 1) * (order + 2) // 2
     cells = data.cells if data else np.empty((0, n_nodes), dtype=np.int64)
-    points = data.points if data else np.empty((0, 2))
-    mesh = compat.create_mesh(comm, cells, points, order)
+    points = data.points if data else np.empty((0, dimension))
+    create = compat.create_mesh if dimension == 2 else compat.create_surface_mesh
+    mesh = create(comm, cells, points, order)
     return Domain(mesh, local_facets(mesh, facets))
 
 
@@ -161,6 +178,7 @@ def load(
     order: int,
     grading: Grading | None = None,
     size_factor: float = 1.0,
+    in_space: bool = False,
 ) -> MeshData:
     """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
     import gmsh
@@ -178,8 +196,10 @@ def load(
                 gmsh.model.mesh.generate(2)
                 if len(gmsh.model.mesh.getElements(2)[0]) == 0:
                     raise MeshError(f"{file}: no surface in it, or cut short; a film is a surface")
-                return _from_geometry(gmsh, file, order, grading)
-            return _from_mesh(gmsh, file)
+                if not in_space:
+                    return _from_geometry(gmsh, file, order, grading)
+                gmsh.model.mesh.setOrder(order)
+            return _from_mesh(gmsh, file, in_space)
         except MeshError:
             raise
         except Exception as error:  # gmsh raises bare Exception
@@ -255,7 +275,7 @@ def _by_cell(
     return found
 
 
-def _from_mesh(gmsh: Any, file: Path) -> MeshData:
+def _from_mesh(gmsh: Any, file: Path, in_space: bool) -> MeshData:
     """Triangles of any order as they stand in a mesh file."""
     types, _, node_lists = gmsh.model.mesh.getElements(2)
     if len(types) == 0:
@@ -269,16 +289,19 @@ def _from_mesh(gmsh: Any, file: Path) -> MeshData:
     local = np.reshape(local, (n_nodes, -1))[:, :2]
     ours = curved.reference_nodes(order)[:, 1:]
     distance = np.linalg.norm(ours[:, None] - local[None], axis=2)
-    node, points = _vertices(gmsh, triangles=np.unique(node_lists[0]))
+    node, points = _vertices(gmsh, np.unique(node_lists[0]), in_space)
     cells = node[np.reshape(node_lists[0], (-1, n_nodes)).astype(np.int64)]
     cells = cells[:, distance.argmin(axis=1)]
     _check(points, cells[:, :3], file)
-    _check_maps(points[cells], int(order), file)
+    if not in_space:
+        _check_maps(points[cells], int(order), file)
     edges = {tag: _elements(gmsh, 1, node, tag) for _, tag in gmsh.model.getEntities(1)}
     return MeshData(points, cells, int(order), _named(gmsh, edges))
 
 
-def _vertices(gmsh: Any, triangles: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def _vertices(
+    gmsh: Any, triangles: np.ndarray | None = None, in_space: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """Map from gmsh node tag to our number, and the coordinates of the numbered nodes."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     coordinates = np.reshape(coordinates, (-1, 3))
@@ -289,8 +312,13 @@ def _vertices(gmsh: Any, triangles: np.ndarray | None = None) -> tuple[np.ndarra
     used = number[tags.astype(np.int64)] >= 0
     points = np.empty((len(triangles), 3))
     points[number[tags[used].astype(np.int64)]] = coordinates[used]
+    if in_space:
+        return number, points
     if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
-        raise MeshError("the mesh is not flat: its z coordinates vary; give a mesh in z = 0")
+        raise MeshError(
+            "the mesh is not flat: its z coordinates vary; give a mesh in z = 0, or take "
+            "plate.model = shell"
+        )
     return number, np.ascontiguousarray(points[:, :2])
 
 
@@ -346,7 +374,11 @@ def _check(points: np.ndarray, triangles: np.ndarray, file: Path) -> None:
     """Refuse meshes that give nonsense later: inverted or flat cells, several parts."""
     x = points[triangles]
     side = x[:, 1:] - x[:, :1]
-    area = 0.5 * (side[:, 0, 0] * side[:, 1, 1] - side[:, 0, 1] * side[:, 1, 0])
+    if points.shape[1] == 2:
+        area = 0.5 * (side[:, 0, 0] * side[:, 1, 1] - side[:, 0, 1] * side[:, 1, 0])
+    else:
+        area = 0.5 * np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1)
+        _check_sides(triangles, file)
     bad = np.abs(area) < 1e-12 * np.ptp(points, axis=0).max() ** 2
     if bad.any():
         raise MeshError(f"{file}: {bad.sum()} of {len(area)} triangles have no area; mend the mesh")
@@ -356,6 +388,17 @@ def _check(points: np.ndarray, triangles: np.ndarray, file: Path) -> None:
     parts = _parts(triangles, len(points))
     if parts > 1:
         raise MeshError(f"{file}: the mesh falls into {parts} separate parts; give one film")
+
+
+def _check_sides(triangles: np.ndarray, file: Path) -> None:
+    """Refuse a surface in space whose triangles do not agree on their upper side."""
+    edges = triangles[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2)
+    _, count = np.unique(edges, axis=0, return_counts=True)
+    if (count > 1).any():
+        raise MeshError(
+            f"{file}: {(count > 1).sum()} edges run the same way in two triangles: the surface has "
+            "no side that is up everywhere; reverse some of its surfaces, and let it not branch"
+        )
 
 
 def _parts(triangles: np.ndarray, n_points: int) -> int:

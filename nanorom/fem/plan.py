@@ -16,6 +16,8 @@ from nanorom.fem.scales import Scales
 from nanorom.fem.symmetry import Mirrors
 from nanorom.scene import Disc, MeshFile, Scene
 
+SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
+
 BENDING_FACTOR = 4.0  # from wavenumber x layer to a bound on the effect of bending: 30 times safe
 # measured on one core of 2020: fixed cost in s, then s per degree of freedom, and per load case
 SECONDS_FIXED, SECONDS_PER_DOF, SECONDS_PER_CASE = 0.1, 2.2e-4, 3e-6
@@ -64,9 +66,14 @@ class Plan:
         return discretisation.choose(self.scene, self.scales.length, self.layer, aim)
 
     @property
+    def route(self) -> str:
+        """How the tensors are found: a shell's by STEP alone."""
+        return "step" if self.scene.plate.model == "shell" else self.scene.reduction.method
+
+    @property
     def load_cases(self) -> tuple[int, int]:
         """Static solutions of the scene's route, and how many there would be without skips."""
-        n, method = len(self.scene.modes.numbers), self.scene.reduction.method
+        n, method = len(self.scene.modes.numbers), self.route
         if method == "direct":
             return comb(n + 1, 2), comb(n + 1, 2)
         if method == "tangent":
@@ -78,20 +85,20 @@ class Plan:
         scene, chosen = self.scene, self.discretisation(self.scene.accuracy.tolerance)
         n = len(scene.modes.numbers)
         cases, all_cases = self.load_cases
-        route = scene.reduction.method
+        mirrors = Mirrors() if scene.plate.model == "shell" else chosen.mirrors
         found = [
             self._state_item(),
             self._bending_item(),
-            _mirror_item(chosen.mirrors),
+            _mirror_item(mirrors),
             Item(
                 f"{scene.modes.highest} lowest modes", True,
                 "no mode beyond them but the partners of near ones",
             ),
             Item("quadratic tensor", False, "a flat film without load does not tell its sides")
-            if scene.load is None
+            if scene.flat
             else Item("quadratic tensor", True, ""),
             Item(
-                f"cubic tensor by {route}: {cases} static solutions", True,
+                f"cubic tensor by {self.route}: {cases} static solutions", True,
                 "" if cases == all_cases
                 else f"of {all_cases}: of two opposite load cases one is solved",
             ),
@@ -132,11 +139,14 @@ class Plan:
         cells = discretisation.cells_of(chosen)
         if cells is None:
             return f"degree {chosen.degree} on the mesh of {chosen.file.name}"
+        if self.scene.plate.model == "shell":
+            cells *= chosen.mirrors.copies
+            return f"{cells} cells of degree {self.scene.accuracy.degree or SHELL_DEGREE} or more"
         dofs = int(cells * chosen.degree**2 / 2 * 1.05)
         seconds = SECONDS_FIXED + SECONDS_PER_DOF * dofs
-        if self.scene.reduction.method != "direct":
+        if self.route != "direct":
             columns = self.load_cases[0]
-            if self.scene.reduction.method == "tangent":
+            if self.route == "tangent":
                 columns *= len(self.scene.modes.numbers)
             seconds += SECONDS_PER_CASE * columns * dofs
         return (
@@ -147,7 +157,7 @@ class Plan:
 
 def _mirror_item(mirrors: Mirrors) -> Item:
     if not mirrors.axes:
-        return Item("the whole film", True, "shape or supports have no mirror symmetry")
+        return Item("the whole film", True, "it is not cut at mirrors")
     part = {2: "half", 4: "three quarters"}[mirrors.copies]
     return Item(
         f"{part} of the film", False,

@@ -24,8 +24,9 @@ CHUNK_ENTRIES = 4_000_000  # floating-point numbers that one array of a chunk of
 class CellFields:
     """Tabulated basis on some cells.
 
-    cells: (c,) local cells; weights: (c, q) integration weights; points: (c, q, 2);
-    values: (q, n); gradients: (c, q, 2, n) of the scalar basis; dofs: (c, n).
+    cells: (c,) local cells; weights: (c, q) integration weights; points: (c, q, 2) in plan;
+    values: (q, n); gradients: (c, q, d, n) of the scalar basis; dofs: (c, n).  d is 2 for a film;
+    for a surface in space it is 3, and gradients are tangential.
     """
 
     cells: np.ndarray
@@ -36,13 +37,13 @@ class CellFields:
     dofs: np.ndarray
 
     def gradient(self, coefficients: np.ndarray) -> np.ndarray:
-        """Gradients (c, q, 2, L) of fields with coefficients (local dofs, L)."""
+        """Gradients (c, q, d, L) of fields with coefficients (local dofs, L)."""
         return self.cell_gradient(coefficients[self.dofs])
 
     def cell_gradient(self, local: np.ndarray) -> np.ndarray:
-        """Gradients (c, q, 2, L) of fields with coefficients (c, n, L) in each cell."""
-        c, q, _, n = self.gradients.shape
-        return np.matmul(self.gradients.reshape(c, 2 * q, n), local).reshape(c, q, 2, -1)
+        """Gradients (c, q, d, L) of fields with coefficients (c, n, L) in each cell."""
+        c, q, d, n = self.gradients.shape
+        return np.matmul(self.gradients.reshape(c, d * q, n), local).reshape(c, q, d, -1)
 
     def value(self, coefficients: np.ndarray) -> np.ndarray:
         """Values (c, q, L) of fields with coefficients (local dofs, L)."""
@@ -96,13 +97,18 @@ def tabulate(
     basis = compat.reference_element(plate.degree).tabulate(1, points)
     basis = np.asarray(basis).reshape(3, len(points), -1)
     x, jacobian = map_cells(plate, cells, points)
-    determinant = np.linalg.det(jacobian)
-    inverse = np.linalg.inv(jacobian)  # dX/dx
+    if jacobian.shape[2] == 2:
+        determinant = np.abs(np.linalg.det(jacobian))
+        inverse = np.linalg.inv(jacobian)  # dX/dx
+    else:
+        metric = np.swapaxes(jacobian, 2, 3) @ jacobian
+        determinant = np.sqrt(np.linalg.det(metric))
+        inverse = np.linalg.solve(metric, np.swapaxes(jacobian, 2, 3))
     gradients = np.einsum("kqn,cqkd->cqdn", basis[1:], inverse, optimize=True)
     return CellFields(
         cells=cells,
-        weights=np.abs(determinant) * weights,
-        points=x,
+        weights=determinant * weights,
+        points=x[..., :2],
         values=basis[0],
         gradients=np.ascontiguousarray(gradients),
         dofs=compat.cell_dofs(plate.deflections)[cells],
@@ -112,9 +118,9 @@ def tabulate(
 def map_cells(
     plate: Plate, cells: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (c, q, 2) and Jacobians dx/dX (c, q, 2, 2) of the cells' maps."""
+    """Points (c, q, d) and Jacobians dx/dX (c, q, d, 2) of the cells' maps."""
     mesh = plate.domain.mesh
-    nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], :2]
+    nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], : mesh.geometry.dim]
     order = coordinate_order(nodes.shape[1])
     basis = compat.reference_element(order, equispaced=True).tabulate(1, points)
     basis = np.asarray(basis).reshape(3, len(points), -1)

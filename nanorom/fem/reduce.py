@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import time
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,50 +24,27 @@ from nanorom.fem import (
     film,
     labels,
     loaded,
-    mesh,
     quadrature,
+    shellreduce,
     state,
 )
 from nanorom.fem import modes as eigen
 from nanorom.fem import step as stiffness_evaluation
+from nanorom.fem.build import build_plate, pulls_at_free_edge
 from nanorom.fem.cases import FlatCases
 from nanorom.fem.modes import Modes
 from nanorom.fem.plan import Plan
-from nanorom.fem.plate import Plate
 from nanorom.fem.scales import Scales
 from nanorom.fem.shapes import normalise
-from nanorom.fem.symmetry import Mirrors, line
+from nanorom.fem.stopwatch import Progress, Stopwatch
+from nanorom.fem.symmetry import is_symmetric
 from nanorom.fem.tangent import tangent
 from nanorom.journal import Journal
 from nanorom.rom import ReducedModel, Shapes
-from nanorom.scene import Disc, MeshFile, Rectangle, Scene
+from nanorom.scene import MeshFile, Scene
 
-FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
 THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
 MOST_MESHES = 5  # attempts at a tolerance
-Progress = Callable[[str, int, int], None]  # stage, done, of how many
-
-
-class Stopwatch:
-    """Wall time by stage, and the caller told when a stage begins."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self.seconds: dict[str, float] = {}
-        self._progress = progress
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time what happens inside."""
-        self.tell(name, 0, 1)
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = time.perf_counter() - start
-        self.tell(name, 1, 1)
-
-    def tell(self, name: str, done: int, total: int) -> None:
-        """Report progress within a stage."""
-        if self._progress is not None:
-            self._progress(name, done, total)
 
 
 def reduce_scene(
@@ -86,8 +60,13 @@ def reduce_scene(
     """
     if scene.plate.model == "beam":
         return reduce_beam(scene)
+    watch = Stopwatch(progress)
+    if scene.plate.model == "shell":
+        return shellreduce.reduce_shell(
+            scene, watch, comm, lambda plate: reduce_scene(plate, progress, comm)
+        )
     plan = Plan.of(scene)
-    scales, watch = plan.scales, Stopwatch(progress)
+    scales = plan.scales
     journal = Journal(output, key_of(scene, comm.size), comm)
     solution = solve_to_tolerance(comm, plan, watch, journal)
     modes, plate = solution.modes, solution.modes.plate
@@ -220,12 +199,6 @@ def solve_to_tolerance(
     return best
 
 
-def is_symmetric(scene: Scene) -> bool:
-    """The static state has every mirror that the flat film has."""
-    centred = scene.load is None or scene.load.centred
-    return centred and scene.plate.initial_shape is None
-
-
 def can_refine(scene: Scene) -> bool:
     """Whether a finer mesh can be made: not from a mesh that is given as such."""
     geometry = scene.geometry
@@ -264,7 +237,7 @@ def solve(
             modes = loaded.solve(plate, scene.modes.highest)
         except eigen.UnstableError as error:
             raise SolverError(buckling.told(plate, scene.tension)) from error
-        modes, names = name(scene, modes)
+        modes, names = labels.name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
         modes = normalise(modes.take(selected))
     with watch.stage("tensors"):
@@ -285,80 +258,6 @@ def solve(
         }
     named = [names[i] for i in selected]
     return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics)
-
-
-def build_plate(
-    comm: MPI.Comm, scene: Scene, scales: Scales, chosen: discretisation.Discretisation
-) -> Plate:
-    """Mesh the scene and set up its plate with the scaled parameters. Collective."""
-    whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
-    domain = mesh.build(
-        comm,
-        chosen.file,
-        chosen.parameters,
-        chosen.order,
-        chosen.grading,
-        whole,
-        chosen.size_factor,
-    )
-    kinds = boundary_kinds(scene, list(domain.facets), part)
-    by_kind = {kind: [s for s, k in kinds.items() if k == kind] for kind in set(kinds.values())}
-    plate = Plate(
-        domain,
-        chosen.degree,
-        clamped=by_kind.get("clamped", []),
-        pinned=by_kind.get("simply_supported", []),
-        bending=scales.bending > 0,
-        mirrors=part,
-    )
-    plate.tension_x.value = scene.tension.x / scales.tension
-    plate.tension_y.value = scene.tension.y / scales.tension
-    plate.bending_stiffness.value = scales.bending
-    plate.nu.value = scene.material.poisson_ratio
-    return plate
-
-
-def pulls_at_free_edge(plate: Plate) -> bool:
-    """Whether a constant tension pulls at a free edge: it would not stay there. Collective."""
-    surface = plate.domain.mesh
-    mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
-    free = np.setdiff1d(compat.exterior_facets(surface), np.union1d(plate.supported, mirrors))
-    ends = surface.geometry.x[compat.facet_vertices(surface, free), :2]
-    along = ends[:, 1] - ends[:, 0]
-    normal = along[:, ::-1] / np.linalg.norm(along, axis=1, keepdims=True)
-    pull = np.abs(normal * [float(plate.tension_x.value), float(plate.tension_y.value)])
-    return max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL
-
-
-def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str, str]:
-    """Kind of support of every boundary curve of the mesh but the mirrors; raises SceneError."""
-    tags = [tag for tag in tags if tag not in map(line, mirrors.axes)]
-    for side in scene.support.named:
-        if side not in tags and isinstance(scene.geometry, MeshFile):
-            raise SceneError(
-                f"support.{side}: the mesh has no boundary of that name; "
-                f"allowed: {', '.join(sorted(tags)) or 'none, as it has no physical curves'}"
-            )
-    kinds = {tag: scene.support.kind(tag) for tag in tags}
-    if all(kind == "free" for kind in kinds.values()):
-        raise SceneError(
-            "support: no boundary of the mesh is held; name a physical curve of the mesh "
-            "and give it a kind"
-        )
-    return kinds
-
-
-def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
-    """Orient degenerate modes and name all of them by the scene's shape. Collective."""
-    if isinstance(scene.geometry, Disc):
-        isotropic = scene.tension.x == scene.tension.y
-        return labels.name_drum(modes, isotropic and is_symmetric(scene))
-    if isinstance(scene.geometry, Rectangle):
-        free = {side: kind == "free" for side, kind in scene.supports.items()}
-        return labels.name_rectangle(
-            modes, free_x=free["left"] and free["right"], free_y=free["bottom"] and free["top"]
-        )
-    return labels.name_by_number(modes)
 
 
 def tensors(
@@ -406,8 +305,6 @@ def loaded_tensors(
     found: dict[str, Any] = {"asymmetry": 0.0}
     direct = loaded.tensors(modes)
     quadratic, cubic = direct.quadratic, direct.cubic
-    if method == "tangent":
-        raise SceneError("reduction.method: found tangent beside [load]; allowed: direct | step")
     if method == "step":
         amplitude = scene.reduction.amplitude or scene.plate.thickness
         result = stiffness_evaluation.step(

@@ -149,7 +149,7 @@ def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     value = np.sum(basis * local, axis=1)
     point = np.empty((len(cell), 2))
     for i in range(len(cell)):
-        point[i] = quadrature.map_cells(plate, cell[i : i + 1], reference[i : i + 1])[0][0, 0]
+        point[i] = quadrature.map_cells(plate, cell[i : i + 1], reference[i : i + 1])[0][0, 0, :2]
     return mode, point, value
 
 

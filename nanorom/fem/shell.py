@@ -16,17 +16,16 @@ overcome by degree: displacement and director are of the same degree, four or mo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
-from nanorom.fem import compat, mesh, quadrature
+from nanorom.fem import compat, quadrature
 from nanorom.fem.mesh import Domain
+from nanorom.fem.symmetry import Mirrors
 
 SHEAR_FACTOR = 5 / 6
 LOWEST_DEGREE = 4
@@ -41,7 +40,16 @@ class Shell:
     degree : of displacement and director.
     director : unit normals (n, 3) at points (n, 3), or None for the average normal of the cells
         that meet in a node.
+
+    Attributes
+    ----------
+    state : displacement and change of the director, six components.
+    deflections : space of the displacement along the undeformed director; with it a shell has what
+        `quadrature` and the naming and drawing of modes ask of a film.
+    pre_tension : membrane force along x, y and z that the undeformed shell bears.
     """
+
+    mirrors = Mirrors()
 
     def __init__(
         self,
@@ -63,7 +71,45 @@ class Shell:
         self.youngs_modulus = fem.Constant(mesh, 1.0)
         self.nu = fem.Constant(mesh, 0.0)
         self.thickness = fem.Constant(mesh, 1.0)
-        self.pre_tension = fem.Constant(mesh, 0.0)
+        self.pre_tension = fem.Constant(mesh, np.zeros(3))
+        self.deflections = compat.surface_space(mesh, degree, 1)
+
+    @property
+    def stretching_degree(self) -> int:
+        """Quadrature degree of the modes' integrals, as of a plate."""
+        return 2 * self.degree + 2
+
+    @property
+    def is_flat(self) -> bool:
+        """The mid-surface lies in the plane z = 0. Collective."""
+        height = np.abs(self.mesh.geometry.x[:, 2]).max(initial=0.0)
+        return self.domain.comm.allreduce(float(height)) == 0.0
+
+    def nodes_in(self, space: Any) -> np.ndarray:
+        """Local node of another space of this degree for every local node of the state."""
+        found = np.empty(len(self.state.x.array) // 6, dtype=np.int64)
+        found[compat.cell_dofs(self.space)] = compat.cell_dofs(space)
+        return found
+
+    def normals(self) -> np.ndarray:
+        """Directors (n, 3) at the nodes of the state."""
+        return self.director.x.array.reshape(-1, 3)[self.nodes_in(self.directors)]
+
+    def normal_displacement(self, states: np.ndarray) -> np.ndarray:
+        """(local dofs, m) of the deflections of states (local dofs, m)."""
+        u = states.reshape(len(states) // 6, 6, -1)[:, :3]
+        w = np.empty((len(u), u.shape[2]))
+        w[self.nodes_in(self.deflections)] = np.einsum("ni,nim->nm", self.normals(), u)
+        return w
+
+    def held(self, clamped: list[str], pinned: list[str]) -> np.ndarray:
+        """Degrees of freedom (unrolled) at supports: all that is clamped, u of what is pinned."""
+        fixed = [np.empty(0, dtype=np.int32)]
+        for names, components in ((clamped, 6), (pinned, 3)):
+            facets = self.domain.facets_of(names)
+            nodes = fem.locate_dofs_topological(self.space, 1, facets)
+            fixed.append((6 * nodes[:, None] + np.arange(components)).ravel())
+        return np.unique(np.concatenate(fixed))
 
     def _averaged_normals(self) -> np.ndarray:
         """Normals of the cells that meet in a node, averaged. Collective."""
@@ -108,8 +154,19 @@ class Shell:
 
         density = stored(membrane) + h**2 / 12 * stored(curvature) + stretch**2
         density += SHEAR_FACTOR / (2 * (1 + nu)) * ufl.inner(shear, shear)
-        density = 0.5 * e * h * density + self.pre_tension * ufl.tr(membrane)
-        return density * self.dx()
+        pre_stress = sum(self.pre_tension[i] * membrane[i, i] for i in range(3))
+        return (0.5 * e * h * density + pre_stress) * self.dx()
+
+    def kinetic_energy(self, state: Any) -> Any:
+        """Of a velocity, per mass per area: translation, and rotation of the directors."""
+        u, delta = split(state)
+        turning = self.thickness**2 / 12 * ufl.inner(delta, delta)
+        return 0.5 * (ufl.inner(u, u) + turning) * self.dx()
+
+    def unit_tension_energy(self, state: Any) -> Any:
+        """Work of a membrane force of 1 in every direction."""
+        membrane = self.strains(*split(state))[0]
+        return ufl.tr(membrane) * self.dx()
 
     def follower_pressure(self) -> Any:
         """Load form of a unit pressure along the normal of the deformed mid-surface.
@@ -127,22 +184,6 @@ class Shell:
     def dx(self) -> Any:
         """Integration over the mid-surface; more points than that gain nothing."""
         return ufl.dx(self.mesh, metadata={"quadrature_degree": 2 * self.degree + 2})
-
-
-def surface(
-    comm: MPI.Comm,
-    file: Path,
-    parameters: Mapping[str, float],
-    order: int,
-    place: Callable[[np.ndarray], np.ndarray],
-) -> Domain:
-    """Mesh a flat ``.geo`` and place its nodes (n, 2) on a surface in space (n, 3). Collective."""
-    data = mesh.load(file, parameters, order) if comm.rank == 0 else None
-    facets = comm.bcast(dict(data.facets) if data else None)
-    cells = data.cells if data else np.empty((0, (order + 1) * (order + 2) // 2), dtype=np.int64)
-    points = place(data.points) if data else np.empty((0, 3))
-    placed = compat.create_surface_mesh(comm, cells, points, order)
-    return Domain(placed, mesh.local_facets(placed, facets))
 
 
 def split(state: Any) -> tuple[Any, Any]:

@@ -1,117 +1,342 @@
-"""Modes of a shell and STEP on it: the deflection prescribed, all the rest in equilibrium.
+"""Modes of a shell and STEP on it: the normal displacement prescribed, the rest in equilibrium.
 
-The deflection is the displacement along z, so the shell is flat or shallow over its plane; the
-tangential displacement and the director are free.  The condensed force of a shell is no polynomial:
-the amplitude decides, and `truncation` measures what a quadratic and cubic force leaves out.
+The deflection of a mode is its displacement along the undeformed normal; the tangential
+displacement and the director are free and condensed.  The condensed force of a shell is no
+polynomial: coefficients depend on the amplitude of STEP, `plateau` finds where they do not, and
+`truncation` measures what a quadratic and cubic force leaves out.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, cast
+
 import attrs
 import numpy as np
 import ufl
+from petsc4py import PETSc
 
+from nanorom.errors import SolverError
 from nanorom.fem import algebra, compat
 from nanorom.fem import modes as eigen
+from nanorom.fem.modes import Modes
 from nanorom.fem.shell import Shell
 from nanorom.fem.statics import StaticProblem
-from nanorom.fem.step import StepResult, coefficients, load_cases, symmetric
+from nanorom.fem.step import Case, StepResult, coefficients, is_mirrored, load_cases, symmetric
 
-DEFLECTION = 2  # component of the state
+TANGENTIAL = 0.1  # a mode with less of its kinetic energy along the normal is no deflection
+CONVERGED = 1e-12  # residual of a load case relative to its first one
+STALLED = 1e-7  # so small a residual may stop falling: it counts squared in the modal force
+ROUND_OFF = 1e-13, 1e-15  # residual that may, relative to stiffness x deflection and x base state
+SLOW = 0.3  # a residual that falls by less asks for the tangent of its own state
+BATCH = 64  # load cases solved together
+MOST_ITERATIONS = 40
+HALVINGS = 9  # of the amplitude, from the thickness down
+STRAIGHT = 1e-12  # deflection of a state, relative to the shell's size, that counts as none
 
 
 @attrs.frozen(eq=False)
 class ShellModes:
-    """Lowest modes: eigenvalues (n,), deflections (local dofs of the state, n), other components 0.
+    """Lowest modes about an equilibrium.
 
-    The largest nodal |w| of a shape is 1.
+    problem: the shell's, in that equilibrium; states: (local dofs of the state, n), all components
+    of the modes; modes: their eigenvalues and deflections; tangential: modes left out, which move
+    in the surface.
     """
 
     shell: Shell
-    fixed: np.ndarray
-    eigenvalues: np.ndarray
-    shapes: np.ndarray
+    problem: StaticProblem
+    states: np.ndarray
+    modes: Modes
+    tangential: int = 0
+
+    @property
+    def eigenvalues(self) -> np.ndarray:
+        """Squared frequencies (n,)."""
+        return self.modes.eigenvalues
+
+    def like(self, modes: Modes) -> ShellModes:
+        """The same states in the combinations that these deflections are of the old ones."""
+        n = self.modes.n_owned
+        old, new = self.modes.shapes[:n], modes.shapes[:n]
+        comm = self.shell.domain.comm
+        gram = comm.allreduce(old.T @ old)
+        mixture = np.linalg.solve(gram, comm.allreduce(old.T @ new))
+        return attrs.evolve(self, states=self.states @ mixture, modes=modes)
+
+    def products(self, energy: Callable[[Any], Any]) -> np.ndarray:
+        """Second derivative of an energy of the state in the modes (n, n). Collective."""
+        state = self.shell.state
+        form = ufl.derivative(ufl.derivative(energy(state), state), state)
+        n = self.problem.free.n_owned
+        owned = self.states[:n]
+        image = algebra.multiply(algebra.assemble(compat.form(form)), owned)
+        return self.shell.domain.comm.allreduce(owned.T @ image)
 
 
-def solve(shell: Shell, fixed: np.ndarray, count: int) -> ShellModes:
-    """Modes about the undeformed shell, with transverse mass only (1 per area). Collective."""
-    second = ufl.derivative(ufl.derivative(shell.energy(), shell.state), shell.state)
-    stiffness = algebra.assemble(compat.form(second))
-    a, b = ufl.TrialFunction(shell.space), ufl.TestFunction(shell.space)
-    mass = algebra.assemble(compat.form(a[DEFLECTION] * b[DEFLECTION] * shell.dx()))
-    free = algebra.FreeDofs(shell.space, fixed)
-    eigenvalues, vectors = eigen.lowest(free.restrict(stiffness), free.restrict(mass), count)
-    shapes = np.zeros((len(shell.state.x.array), count))
-    for i in range(count):
-        state = shell.state.x
-        state.array[:] = 0.0
-        state.array[free.local] = vectors[:, i]
-        state.scatter_forward()
-        w = state.array[DEFLECTION::6]
-        peak = w[np.abs(w).argmax()]
-        shapes[DEFLECTION::6, i] = w / peak
-    shell.state.x.array[:] = 0.0
-    return ShellModes(shell, fixed, eigenvalues, shapes)
+def solve(shell: Shell, problem: StaticProblem, count: int) -> ShellModes:
+    """At least the ``count`` lowest modes about the problem's current state. Collective.
+
+    Modes that move in the surface are left out.  Raises SolverError if the state is not stable or
+    its load has no potential.
+    """
+    if not problem.symmetric:
+        raise SolverError("the load has no potential, so that the shell has no real modes under it")
+    problem.assemble_stiffness()
+    state = shell.state
+    kinetic = ufl.derivative(shell.kinetic_energy(state), state)
+    mass = algebra.assemble(compat.form(ufl.derivative(kinetic, state)))
+    mass = problem.free.restrict(mass)
+    a, b = ufl.TrialFunction(shell.deflections), ufl.TestFunction(shell.deflections)
+    normal_mass = algebra.assemble(compat.form(a * b * shell.dx()))
+    asked = count + eigen.EXTRA
+    while True:
+        eigenvalues, vectors = eigen.lowest(problem.stiffness, mass, asked)
+        states = problem.free.extended(vectors)
+        found = Modes(
+            cast(Any, shell),  # which has what a film is asked for here
+            eigenvalues,
+            shell.normal_displacement(states),
+            [()] * asked,
+            {},
+            normal_mass,
+            cast(Any, None),  # the force of a shell is that of its problem
+        )
+        share = np.diag(found.modal({(): normal_mass}))  # of the kinetic energy, along the normal
+        kept = np.flatnonzero(share > TANGENTIAL)
+        missing = count + eigen.EXTRA - len(kept)
+        if missing <= 0:
+            break
+        asked += missing
+    groups = eigen.clusters(eigenvalues[kept], eigen.NEAR)
+    last = [group for group in groups if group[0] < count][-1][-1]
+    kept = kept[: last + 1]
+    return ShellModes(shell, problem, states[:, kept], found.take(kept), int(kept[-1] - last))
 
 
 class ShellCases:
-    """Static equilibrium of a shell under prescribed deflections. One process only."""
+    """Static equilibrium of a shell under prescribed deflections about a state.
+
+    Cases are solved together by Newton's method with the tangent of that state; one for which that
+    is too slow gets its own tangents.
+
+    Attributes
+    ----------
+    linear : (n, n) modal stiffness, the rest in equilibrium.
+    odd : opposite cases have opposite forces, as the shell is flat and not deflected.
+    """
 
     def __init__(self, modes: ShellModes) -> None:
-        self.modes = modes
-        shell = self.shell = modes.shell
-        shell.state.x.array[:] = 0.0
-        everywhere = np.arange(DEFLECTION, len(shell.state.x.array), 6)
-        held = np.unique(np.concatenate([modes.fixed, everywhere]))
-        self._problem = StaticProblem(shell.state, shell.energy(), fixed=held)
-        self._reaction = compat.form(ufl.derivative(shell.energy(), shell.state))
-        self._linear = self._linear_force()
-
-    def _linear_force(self) -> np.ndarray:
-        """Phi^T K Phi with the rest condensed, on the operators of the cases."""
-        problem, shapes = self._problem, self.modes.shapes
-        full, free = problem.full_stiffness(), problem.free.local
-        problem.factorise()
-        x, y = full.createVecRight(), full.createVecLeft()
-        force = np.empty_like(shapes)
-        for i, shape in enumerate(shapes.T):
-            x.array[:] = shape
-            full.mult(x, y)
-            rest = problem.back_substitute(-y.array_r[free])
-            x.array[free] = rest
-            full.mult(x, y)
-            force[:, i] = y.array_r
-        return shapes.T @ force
-
-    def force(self, q: np.ndarray) -> np.ndarray:
-        """Phi^T F of the whole force (L,) at modal amplitudes q (L,)."""
-        problem, shapes = self._problem, self.modes.shapes
-        self.shell.state.x.array[:] = shapes @ q
-        problem.solve(0.0)
-        return shapes.T @ algebra.assemble_vector(self._reaction)
+        problem, shell = modes.problem, modes.shell
+        self.problem = problem
+        self.base, self._magnitude = problem.free_values(), float(problem.magnitude.value)
+        self._frame = _Frame(shell, problem)
+        component = problem.free.local % 6
+        normal = component == 2
+        self._rest = np.flatnonzero(~normal)
+        start = problem.stiffness.getOwnershipRange()[0]
+        self._set = PETSc.IS().createGeneral(
+            (start + self._rest).astype(PETSc.IntType), comm=problem.comm
+        )
+        at = problem.free.local[normal] // 6
+        shapes = modes.modes.shapes[shell.nodes_in(shell.deflections)[at]]
+        stiffness = self._tangent(np.zeros(len(component)))
+        self._factors = self._factorise(stiffness)
+        self._diagonal = stiffness.getDiagonal().array.copy()
+        base = self._frame.local(self.base)
+        self._noise = ROUND_OFF[1] * self._norms((self._diagonal * base)[:, None])
+        self._offset = np.zeros(len(component))
+        self._offset = self._residual(self._offset)
+        # the modes with the rest in equilibrium to first order, and the force they take
+        self._shapes = np.zeros((len(component), shapes.shape[1]))
+        self._shapes[normal] = shapes
+        pull = algebra.multiply(stiffness, self._shapes)
+        self._shapes[self._rest] = -self._factors.solve(pull[self._rest])
+        self.linear = self._project(algebra.multiply(stiffness, self._shapes))
+        deflection = np.abs(base[normal]).max(initial=0.0)
+        self.odd = shell.is_flat and problem.comm.allreduce(float(deflection)) < STRAIGHT
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
-        """eta (L,) = Phi^T (F_T - K X_c)."""
-        return self.force(q) - self._linear @ q
+        """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective.
+
+        Raises SolverError if a case does not converge.
+        """
+        states = self._shapes @ q
+        force = np.zeros_like(states)
+        first, last = np.zeros(q.shape[1]), np.full(q.shape[1], np.inf)
+        active = np.arange(q.shape[1])
+        try:
+            for iteration in range(MOST_ITERATIONS):
+                for column in active:
+                    force[:, column] = self._residual(states[:, column])
+                size = self._norms(force[np.ix_(self._rest, active)])
+                if iteration == 0:
+                    first = size
+                fall, last[active] = size / last[active], size
+                noise = ROUND_OFF[0] * self._norms(self._diagonal[:, None] * states[:, active])
+                enough = np.maximum(noise + self._noise, STALLED * first[active])
+                done = (size <= CONVERGED * first[active]) | ((size <= enough) & (fall > SLOW))
+                slow = active[~done & (fall > SLOW)]
+                active = active[~done]
+                if len(active) == 0:
+                    return self._project(force) - self.linear @ q
+                self._correct(states, force, np.setdiff1d(active, slow), self._factors)
+                for column in slow:
+                    factors = self._factorise(self._tangent(states[:, column]))
+                    self._correct(states, force, np.array([column]), factors)
+        finally:
+            self.problem.set_state(self.base, self._magnitude)
+        raise SolverError("a load case of the shell did not converge; lower reduction.amplitude")
+
+    def _correct(
+        self, states: np.ndarray, force: np.ndarray, columns: np.ndarray, factors: Any
+    ) -> None:
+        """One Newton step of some cases, in place."""
+        if len(columns):
+            at = np.ix_(self._rest, columns)
+            states[at] -= factors.solve(force[at])
+
+    def _residual(self, state: np.ndarray) -> np.ndarray:
+        """Force that a state beyond the base takes, both in the frame of the surface."""
+        self.problem.set_state(self.base + self._frame.world(state), self._magnitude)
+        return self._frame.local(self.problem.residual()) - self._offset
+
+    def _tangent(self, state: np.ndarray) -> PETSc.Mat:
+        self.problem.set_state(self.base + self._frame.world(state), self._magnitude)
+        self.problem.assemble_stiffness()
+        return self._frame.of(self.problem.stiffness)
+
+    def _factorise(self, stiffness: PETSc.Mat) -> algebra.Factorization:
+        held = stiffness.createSubMatrix(self._set, self._set)
+        return algebra.Factorization(held, "nanorom_shell_", "stiffness at held deflection")
+
+    def _project(self, force: np.ndarray) -> np.ndarray:
+        """Modal forces; what is left of the residual of the rest counts to second order only."""
+        return self.problem.comm.allreduce(self._shapes.T @ force)
+
+    def _norms(self, columns: np.ndarray) -> np.ndarray:
+        return np.sqrt(self.problem.comm.allreduce(np.sum(columns**2, axis=0)))
 
 
-def step(modes: ShellModes, amplitude: float) -> StepResult:
-    """Quadratic and cubic coefficients by STEP; ``amplitude`` in the shell's unit of length."""
-    cases, n = ShellCases(modes), modes.shapes.shape[1]
-    forces = {}
-    for case in load_cases(n):
-        q = np.zeros(n)
-        for mode, sign in case:
-            q[mode] = sign * amplitude
-        forces[case] = cases.nonlinear_force(q)
+class _Frame:
+    """Tangents and normal at every node: the frame in which the normal displacement is a component.
+
+    Vectors and matrices are those of the problem's free degrees of freedom.
+    """
+
+    def __init__(self, shell: Shell, problem: StaticProblem) -> None:
+        component = problem.free.local % 6
+        self._first = np.flatnonzero(component == 0)  # its u, v and w follow one another
+        normal = shell.normals()[problem.free.local[self._first] // 6]
+        self._turn: np.ndarray | None = None
+        comm = problem.comm
+        if not comm.allreduce(int((normal[:, :2] != 0).any() or (normal[:, 2] < 0).any())):
+            return  # flat: the frame is that of space
+        least = np.eye(3)[np.abs(normal).argmin(axis=1)]
+        along = np.cross(normal, least)
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        self._turn = np.stack([along, np.cross(normal, along), normal], axis=1)
+        n, start = len(component), problem.stiffness.getOwnershipRange()[0]
+        turned = np.isin(np.arange(n), self._first[:, None] + np.arange(3))
+        pointer = np.concatenate([[0], np.cumsum(np.where(turned, 3, 1))])
+        columns, values = np.empty(pointer[-1], dtype=int), np.ones(pointer[-1])
+        columns[pointer[:-1][~turned]] = np.flatnonzero(~turned)
+        for row in range(3):  # world = turn^T local
+            at = pointer[self._first + row][:, None] + np.arange(3)
+            columns[at] = self._first[:, None] + np.arange(3)
+            values[at] = self._turn[:, :, row]
+        size = problem.stiffness.getSizes()
+        self._matrix = PETSc.Mat().createAIJ(
+            size,
+            csr=(pointer.astype(PETSc.IntType), (start + columns).astype(PETSc.IntType), values),
+            comm=comm,
+        )
+
+    def local(self, vector: np.ndarray) -> np.ndarray:
+        """A vector (n,) in the frame of the surface."""
+        return self._turned(vector, "nij,nj->ni")
+
+    def world(self, vector: np.ndarray) -> np.ndarray:
+        """A vector (n,) of the surface's frame in that of space."""
+        return self._turned(vector, "nji,nj->ni")
+
+    def _turned(self, vector: np.ndarray, product: str) -> np.ndarray:
+        if self._turn is None:
+            return vector
+        at = self._first[:, None] + np.arange(3)
+        turned = vector.copy()
+        turned[at] = np.einsum(product, self._turn, vector[at])
+        return turned
+
+    def of(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """A matrix in the frame of the surface."""
+        return matrix if self._turn is None else matrix.ptap(self._matrix)
+
+
+# -- STEP -----------------------------------------------------------------------------------------
+
+
+def step(
+    cases: ShellCases, amplitude: float, progress: Callable[[int, int], None] | None = None
+) -> StepResult:
+    """Quadratic and cubic coefficients by STEP. Collective.
+
+    ``amplitude`` of every prescribed mode, in the shell's unit of length.
+    """
+    n = len(cases.linear)
+    every = list(load_cases(n))
+    solved = [case for case in every if not (cases.odd and is_mirrored(case))]
+    forces: dict[Case, np.ndarray] = {}
+    for first in range(0, len(solved), BATCH):
+        batch = solved[first : first + BATCH]
+        q = np.zeros((n, len(batch)))
+        for column, case in enumerate(batch):
+            for mode, sign in case:
+                q[mode, column] = sign * amplitude
+        forces |= zip(batch, cases.nonlinear_force(q).T)
+        if progress is not None:
+            progress(len(forces), len(solved))
+    for case in every:
+        if case not in forces:
+            forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
     quadratic, cubic = coefficients(forces, n, amplitude)
-    return symmetric(quadratic, cubic, amplitude, len(forces), 0.0)
+    return symmetric(quadratic, cubic, amplitude, len(solved), 0.0)
 
 
-def truncation(modes: ShellModes, result: StepResult, amplitude: float) -> float:
-    """What the coefficients miss of mode 1's nonlinear force at an amplitude, relative."""
-    q = np.zeros(modes.shapes.shape[1])
-    q[0] = amplitude
-    exact = ShellCases(modes).nonlinear_force(q)
-    told = result.quadratic @ q @ q + result.cubic @ q @ q @ q
+def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
+    """The amplitude at which STEP's coefficients depend least on it, and by how much. Collective.
+
+    Halved from the thickness down, truncation falls as its square while round-off rises; what the
+    next halving changes in the coefficients of single modes, relative to the largest, tells.
+    """
+    amplitudes = thickness / 2.0 ** np.arange(HALVINGS)
+    found, changes = _single(cases, amplitudes[0]), []
+    for amplitude in amplitudes[1:]:
+        finer = _single(cases, amplitude)
+        sizes = [np.abs(each).max() for each in finer]
+        scale = max(sizes[1], sizes[0] / thickness)
+        quadratic, cubic = (np.abs(a - b).max() for a, b in zip(found, finer))
+        changes.append(max(cubic, quadratic / thickness) / scale)
+        found = finer
+    best = int(np.argmin(changes))
+    return float(amplitudes[best + 1]), float(changes[best])
+
+
+def _single(cases: ShellCases, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
+    """Force coefficients (L, L) of q_j^2 and of q_j^3, one mode at a time."""
+    q = amplitude * np.eye(len(cases.linear))
+    up = cases.nonlinear_force(q)
+    down = -up if cases.odd else cases.nonlinear_force(-q)
+    return (up + down) / (2 * amplitude**2), (up - down) / (2 * amplitude**3)
+
+
+def truncation(cases: ShellCases, result: StepResult, amplitude: float) -> float:
+    """What the coefficients miss of the nonlinear force of single modes at an amplitude, relative.
+
+    The largest error of any mode's own force over the largest force. Collective.
+    """
+    q = amplitude * np.eye(len(cases.linear))
+    exact = cases.nonlinear_force(q)
+    told = np.einsum("rjk,jc,kc->rc", result.quadratic, q, q)
+    told += np.einsum("rjkl,jc,kc,lc->rc", result.cubic, q, q, q, optimize=True)
     return float(np.abs(told - exact).max() / np.abs(exact).max())

@@ -13,11 +13,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from nanorom.errors import SceneError
-from nanorom.fem import algebra, compat, discretisation
+from nanorom.fem import algebra, compat, discretisation, labels
 from nanorom.fem import modes as eigen
+from nanorom.fem.build import build_plate
 from nanorom.fem.modes import ClassSolver, Modes
-from nanorom.fem.reduce import Scales, build_plate, name
 from nanorom.fem.ritz import LinearForce
+from nanorom.fem.scales import Scales
 from nanorom.fem.symmetry import Parity
 from nanorom.identify import Lines
 from nanorom.scene import Scene, Tension
@@ -66,7 +67,7 @@ class Spectrum:
             self.plate, solvers, stiffness, self.mass, self.force, count
         )
         scene = attrs.evolve(self.scene, tension=Tension(tension_x, tension_y))
-        modes, names = name(scene, modes)
+        modes, names = labels.name(scene, modes)
         return self._lines(modes, names, areal_mass)
 
     def _combined(self, weights: np.ndarray, parity: Parity) -> PETSc.Mat:

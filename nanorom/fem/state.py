@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import functools
 import operator
-from pathlib import Path
 
 import attrs
 import numpy as np
 import ufl
 from dolfinx import fem
 
-from nanorom.errors import SceneError, SolverError
-from nanorom.fem import compat, statics
+from nanorom.errors import SolverError
+from nanorom.fem import compat, shapefile, statics
 from nanorom.fem import film as films
 from nanorom.fem.film import Film
 from nanorom.fem.plate import Plate
 from nanorom.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene import Scene
-
-INSIDE = 1e-9  # points on the film's edge are looked up so much nearer to its centre
 
 
 @attrs.frozen
@@ -55,31 +52,13 @@ class StaticState:
     tension: float | None = None
 
 
-def initial_shape(plate: Plate, file: Path, units: Units) -> fem.Function:
-    """A table of x, y, z in m as a deflection; raises SceneError if it does not cover the film."""
-    from scipy.interpolate import CloughTocher2DInterpolator
-
-    key = "plate.initial_shape"
-    try:
-        table = np.loadtxt(file, delimiter="," if file.suffix == ".csv" else None, ndmin=2)
-    except (OSError, ValueError) as error:
-        raise SceneError(f"{key}: {file} is not a table of numbers: {error}") from None
-    if table.shape[1] != 3 or len(table) < 3 or not np.isfinite(table).all():
-        raise SceneError(f"{key}: {file} has not three columns of finite numbers x, y, z")
-    height = CloughTocher2DInterpolator(table[:, :2] / units.length, table[:, 2])
-    shape = fem.Function(plate.deflections)
-    x = plate.deflections.tabulate_dof_coordinates()[:, :2]
-    values = height(x * (1 - INSIDE))
-    if plate.domain.comm.allreduce(int(np.isnan(values).any())):
-        raise SceneError(f"{key}: the points of {file} do not cover the film")
-    shape.x.array[:] = values / units.deflection
-    return shape
-
-
 def prepared(scene: Scene, units: Units, plate: Plate) -> Film:
     """The film in its initial shape under its changed stress, before loads act. Collective."""
     if scene.plate.initial_shape is not None:
-        plate.shape = initial_shape(plate, scene.plate.initial_shape, units)
+        height = shapefile.read(scene.plate.initial_shape, plate.domain.comm)
+        plate.shape = fem.Function(plate.deflections)
+        x = plate.deflections.tabulate_dof_coordinates()[:, :2]
+        plate.shape.x.array[:] = height(x * units.length) / units.deflection
     if scene.load is not None and scene.load.stress is not None:
         change = scene.load.stress * scene.plate.thickness / units.tension
         for tension in (plate.tension_x, plate.tension_y):

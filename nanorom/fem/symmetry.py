@@ -68,6 +68,12 @@ class Mirrors:
         return points, values
 
 
+def is_symmetric(scene: Scene) -> bool:
+    """The static state has every mirror that the flat film has."""
+    centred = scene.load is None or scene.load.centred
+    return centred and scene.plate.initial_shape is None
+
+
 def line(axis: str) -> str:
     """Name of the mesh's boundary on a mirror."""
     return f"{axis}=0"

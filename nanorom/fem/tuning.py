@@ -11,8 +11,9 @@ from mpi4py import MPI
 from nanorom.errors import SceneError, SolverError
 from nanorom.fem import film as films
 from nanorom.fem import loaded, state, statics
+from nanorom.fem.build import build_plate
 from nanorom.fem.plan import Plan
-from nanorom.fem.reduce import build_plate, is_symmetric
+from nanorom.fem.symmetry import is_symmetric
 from nanorom.loadcurve import UNITS, LoadCurve
 from nanorom.scene import Scene
 

@@ -6,10 +6,11 @@ import pytest
 from mpi4py import MPI
 
 from nanorom.errors import SolverError
-from nanorom.fem import discretisation, reduce_scene
+from nanorom.fem import discretisation, labels, reduce_scene
 from nanorom.fem import modes as eigen
+from nanorom.fem.build import build_plate
 from nanorom.fem.cases import FlatCases
-from nanorom.fem.reduce import Scales, build_plate, name
+from nanorom.fem.scales import Scales
 from nanorom.fem.shapes import normalise
 from nanorom.fem.step import StaticCases, load_cases
 from nanorom.scene import Accuracy, Reduction, Tension
@@ -132,7 +133,7 @@ def solved_modes(scene, whole):
     scales = Scales.of(scene)
     chosen = attrs.evolve(discretisation.choose(scene, scales.length, 0.0, None), whole=whole)
     plate = build_plate(MPI.COMM_WORLD, scene, scales, chosen)
-    return normalise(name(scene, eigen.solve(plate, 4))[0])
+    return normalise(labels.name(scene, eigen.solve(plate, 4))[0])
 
 
 def test_step_has_352_load_cases_for_eleven_modes():

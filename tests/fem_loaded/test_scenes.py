@@ -121,6 +121,11 @@ def test_fixed_in_plane_displacement_needs_a_flat_film():
         drum(Load(pressure=1.0), reduction=Reduction(in_plane="fixed"))
 
 
+def test_tangent_stiffnesses_need_a_flat_film():
+    with pytest.raises(SceneError, match=r"reduction\.method"):
+        drum(Load(pressure=1.0), reduction=Reduction(method="tangent"))
+
+
 @pytest.mark.parametrize(
     "table, key",
     [

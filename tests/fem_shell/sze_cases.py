@@ -10,8 +10,8 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.fem import compat, discretisation
-from nanorom.fem.shell import Shell, surface
+from nanorom.fem import compat, discretisation, mesh
+from nanorom.fem.shell import Shell
 from nanorom.fem.statics import StaticProblem
 
 RECTANGLE = discretisation.MESHES / "rectangle.geo"
@@ -21,7 +21,12 @@ COMM = MPI.COMM_WORLD
 def strip(place, n_x, n_y, order):
     """Unit square (s, t), each from 0 to 1, placed in space."""
     sides = {"length": 1.0, "width": 1.0, "n_x": n_x, "n_y": n_y}
-    return surface(COMM, RECTANGLE, sides, order, lambda x: place(x[:, 0] + 0.5, x[:, 1] + 0.5))
+
+
+    def placed(x):
+        return place(x[:, 0] + 0.5, x[:, 1] + 0.5)
+
+    return mesh.build(COMM, RECTANGLE, sides, order, place=placed)
 
 
 def held(shell, side, components):

@@ -42,7 +42,7 @@ CORPUS = [
         "at most the length",
     ),
     ('"10 nm"', '"-10 nm"', "plate.thickness", "greater than 0"),
-    ('"10 nm"', '"10 nm"\nmodel = "shell"', "plate.model", "auto | membrane | plate"),
+    ('"10 nm"', '"10 nm"\nmodel = "brick"', "plate.model", "auto | membrane | plate"),
     ('"10 nm"', '"10 nm"\nmodel = "Plate"', "plate.model", 'did you mean "plate"'),
     ("[plate]", "[plates]", "plates", 'did you mean "plate"'),
     ('[plate]\nthickness = "10 nm"', "", "plate", "missing section"),

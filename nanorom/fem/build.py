@@ -1,0 +1,77 @@
+"""From a scene to its meshed plate: mesh, supports and scaled parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.errors import SceneError
+from nanorom.fem import compat, mesh
+from nanorom.fem.discretisation import Discretisation
+from nanorom.fem.plate import Plate
+from nanorom.fem.scales import Scales
+from nanorom.fem.symmetry import Mirrors, line
+from nanorom.scene import MeshFile, Scene
+
+FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
+
+
+def build_plate(
+    comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discretisation
+) -> Plate:
+    """Mesh the scene and set up its plate with the scaled parameters. Collective."""
+    whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
+    domain = mesh.build(
+        comm,
+        chosen.file,
+        chosen.parameters,
+        chosen.order,
+        chosen.grading,
+        whole,
+        chosen.size_factor,
+    )
+    kinds = boundary_kinds(scene, list(domain.facets), part)
+    by_kind = {kind: [s for s, k in kinds.items() if k == kind] for kind in set(kinds.values())}
+    plate = Plate(
+        domain,
+        chosen.degree,
+        clamped=by_kind.get("clamped", []),
+        pinned=by_kind.get("simply_supported", []),
+        bending=scales.bending > 0,
+        mirrors=part,
+    )
+    plate.tension_x.value = scene.tension.x / scales.tension
+    plate.tension_y.value = scene.tension.y / scales.tension
+    plate.bending_stiffness.value = scales.bending
+    plate.nu.value = scene.material.poisson_ratio
+    return plate
+
+
+def pulls_at_free_edge(plate: Plate) -> bool:
+    """Whether a constant tension pulls at a free edge: it would not stay there. Collective."""
+    surface = plate.domain.mesh
+    mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
+    free = np.setdiff1d(compat.exterior_facets(surface), np.union1d(plate.supported, mirrors))
+    ends = surface.geometry.x[compat.facet_vertices(surface, free), :2]
+    along = ends[:, 1] - ends[:, 0]
+    normal = along[:, ::-1] / np.linalg.norm(along, axis=1, keepdims=True)
+    pull = np.abs(normal * [float(plate.tension_x.value), float(plate.tension_y.value)])
+    return max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL
+
+
+def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str, str]:
+    """Kind of support of every boundary curve of the mesh but the mirrors; raises SceneError."""
+    tags = [tag for tag in tags if tag not in map(line, mirrors.axes)]
+    for side in scene.support.named:
+        if side not in tags and isinstance(scene.geometry, MeshFile):
+            raise SceneError(
+                f"support.{side}: the mesh has no boundary of that name; "
+                f"allowed: {', '.join(sorted(tags)) or 'none, as it has no physical curves'}"
+            )
+    kinds = {tag: scene.support.kind(tag) for tag in tags}
+    if all(kind == "free" for kind in kinds.values()):
+        raise SceneError(
+            "support: no boundary of the mesh is held; name a physical curve of the mesh "
+            "and give it a kind"
+        )
+    return kinds

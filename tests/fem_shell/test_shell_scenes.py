@@ -1,0 +1,157 @@
+"""Scenes with plate.model = "shell": flat, raised, pressurised and from a surface in space."""
+
+import numpy as np
+import pytest
+
+from nanorom.errors import MeshError, SceneError
+from nanorom.fem import discretisation, mesh, reduce_scene
+from nanorom.rom import ReducedModel
+from nanorom.scene import (
+    Accuracy,
+    Damping,
+    Disc,
+    Load,
+    Material,
+    MeshFile,
+    Modes,
+    Plate,
+    Rectangle,
+    Reduction,
+    Scene,
+    Support,
+    Tension,
+)
+
+RADIUS, MODULUS, NU = 2e-6, 200e9, 0.25
+POTENTIAL = 1e-6  # asymmetry of the tensors
+PLATEAU = 1e-6  # change of the coefficients when the amplitude is halved
+SHALLOW = 0.01  # a cap of height R/20 against Marguerre's: squares of its slope, 0.1
+SPHERE = 2e-3  # a cap of a sphere against a paraboloid of this height
+
+
+def scene(thickness=40e-9, model="shell", **changes):
+    """A drum of the same T R^2/D whatever its thickness."""
+    given = {
+        "geometry": Disc(RADIUS),
+        "plate": Plate(thickness, model),
+        "material": Material(MODULUS, NU, 2500.0),
+        "tension": Tension.isotropic(0.5 * (thickness / 40e-9) ** 3),
+        "modes": Modes(count=1),
+        "accuracy": Accuracy(degree=5, mesh_size=RADIUS / 2),
+    }
+    return Scene(**{**given, **changes})
+
+
+def test_flat_shell_tends_to_the_plate_and_tells_the_difference(tmp_path):
+    thick, thin = (reduce_scene(scene(h)) for h in (80e-9, 40e-9))
+    told = np.array(
+        [
+            [m.diagnostics[f"plate_{what}_difference"] for what in ("frequency", "cubic")]
+            for m in (thick, thin)
+        ]
+    )
+    assert np.all(told[1] < 5e-3)
+    assert np.log2(told[0, 0] / told[1, 0]) == pytest.approx(2.0, abs=0.3)  # shear: (h/R)^2
+    for model in (thick, thin):
+        assert model.asymmetry < POTENTIAL
+        assert model.diagnostics["plateau"] < PLATEAU
+        # the plateau lies far below the thickness, where a polynomial misses what is told
+        assert model.diagnostics["amplitude"] < 0.1 * 40e-9
+        assert 1e-5 < model.diagnostics["truncation"] < 1e-2
+        assert np.abs(model.quadratic).max() == 0.0
+    thin.save(tmp_path / "rom.h5")
+    assert ReducedModel.load(tmp_path / "rom.h5").method == "step"
+
+
+def cap(height, directory):
+    """A table of a paraboloid over the drum."""
+    axis = np.linspace(-1.01, 1.01, 41) * RADIUS
+    x, y = (each.ravel() for each in np.meshgrid(axis, axis))
+    file = directory / "cap.csv"
+    z = height * (1 - (x**2 + y**2) / RADIUS**2)
+    np.savetxt(file, np.column_stack([x, y, z]), delimiter=",")
+    return file
+
+
+def dome(height, directory):
+    """A cap of a sphere, as a mesh of triangles of order 4 in space."""
+    import gmsh
+
+    geometry = directory / "dome.geo"
+    text = (discretisation.MESHES / "dome.geo").read_text()
+    geometry.write_text(text.replace("height = {0.2,", f"height = {{{height},"))
+    file = directory / "dome.msh"
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.open(str(geometry))
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.setOrder(4)
+    gmsh.write(str(file))
+    gmsh.finalize()
+    return file
+
+
+def test_raised_shell_is_marguerres_plate_and_the_surface_of_a_mesh_file(tmp_path):
+    """Three descriptions of one shallow cap: two models, and two ways to give the surface."""
+    height = 0.05
+    free = Tension(0.0, 0.0)
+    file = cap(height * RADIUS, tmp_path)
+    plate, raised = (
+        reduce_scene(scene(plate=Plate(40e-9, model, file), tension=free))
+        for model in ("plate", "shell")
+    )
+    assert raised.frequency == pytest.approx(plate.frequency, rel=SHALLOW)
+    assert raised.quadratic == pytest.approx(plate.quadratic, rel=SHALLOW)
+    assert raised.cubic == pytest.approx(plate.cubic, rel=SHALLOW)
+    meshed = reduce_scene(
+        scene(geometry=MeshFile(dome(height, tmp_path), scale=RADIUS), tension=free)
+    )
+    assert meshed.frequency == pytest.approx(raised.frequency, rel=SPHERE)
+    assert meshed.quadratic == pytest.approx(raised.quadratic, rel=2 * SPHERE)
+    for model in (raised, meshed):
+        assert model.asymmetry < POTENTIAL
+    assert np.ptp(meshed.shapes.points[:, 2]) == pytest.approx(height * RADIUS, rel=1e-6)
+
+
+def test_following_pressure_bulges_the_shell_as_a_dead_one_the_plate():
+    """They differ by squares of the slope; quadratic coefficients appear in both."""
+    pressure = Load(pressure=2e4)
+    shell, plate = (reduce_scene(scene(model=model, load=pressure)) for model in ("shell", "plate"))
+    bulge = plate.static["centre_deflection"]
+    assert shell.static["largest_deflection"] == pytest.approx(bulge, rel=5e-3)
+    assert shell.frequency == pytest.approx(plate.frequency, rel=5e-3)
+    assert shell.quadratic[0, 0, 0] == pytest.approx(plate.quadratic[0, 0, 0], rel=5e-3)
+    assert shell.asymmetry < POTENTIAL
+
+
+@pytest.mark.parametrize(
+    "changes, key",
+    [
+        ({"reduction": Reduction(method="tangent")}, "reduction.method"),
+        ({"reduction": Reduction(in_plane="fixed")}, "reduction.in_plane"),
+        ({"accuracy": Accuracy(degree=3, mesh_size=1e-6)}, "accuracy.degree"),
+        ({"load": Load(voltage=1.0, gap=1e-7)}, "load.voltage"),
+        ({"load": Load(force=1e-9)}, "load.force"),
+        ({"damping": Damping(100, material_time=1e-9)}, "damping.material_time"),
+        (
+            {
+                "geometry": Rectangle(4e-6, 2e-6),
+                "support": Support({"left": "clamped"}),
+                "load": Load(pressure=1.0),
+            },
+            "load.pressure",
+        ),
+    ],
+)
+def test_what_a_shell_cannot_be_asked_is_refused_by_its_key(changes, key):
+    with pytest.raises(SceneError, match=key):
+        reduce_scene(scene(**changes))
+
+
+def test_surface_in_space_needs_a_shell_and_one_upper_side(tmp_path):
+    file = dome(0.05, tmp_path)
+    with pytest.raises(MeshError, match=r"plate\.model = shell"):
+        reduce_scene(scene(model="plate", geometry=MeshFile(file, scale=RADIUS)))
+    triangles = np.array([[0, 1, 2], [1, 2, 3]])
+    with pytest.raises(MeshError, match="reverse some of its surfaces"):
+        mesh._check_sides(triangles, file)
