@@ -17,6 +17,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from nanorom.errors import SceneError, SolverError
+from nanorom.film import Kind, Spring
 
 if TYPE_CHECKING:
     from nanorom.rom import ReducedModel, Shapes
@@ -33,7 +34,8 @@ class Beam:
     """A beam between immovable ends, in any consistent units.
 
     length; axial_stiffness: E A; bending_stiffness: E I (0: a string); tension: S;
-    mass_per_length: rho A; ends: (left, right), each "clamped" or "simply_supported".
+    mass_per_length: rho A; ends: (left, right), each "clamped", "simply_supported" or a `Spring` of
+    its stiffness in force per displacement and moment per angle.
     """
 
     length: float
@@ -41,7 +43,16 @@ class Beam:
     bending_stiffness: float
     tension: float
     mass_per_length: float
-    ends: tuple[str, str] = ("clamped", "clamped")
+    ends: tuple[Kind, Kind] = ("clamped", "clamped")
+
+    def end_stiffness(self, first: Array, second: Array) -> Array:
+        """Stiffness (n, n) of elastic ends for functions of values and slopes (2, n) there."""
+        total = np.zeros((first.shape[1],) * 2)
+        for kind, w, slope in zip(self.ends, first, second):
+            if isinstance(kind, Spring):
+                total += (kind.spring or 0.0) * np.outer(w, w)
+                total += kind.rotational * (self.bending_stiffness > 0) * np.outer(slope, slope)
+        return total
 
 
 @attrs.frozen(eq=False)
@@ -90,6 +101,7 @@ def modes(beam: Beam, count: int) -> BeamModes:
     weights = half * weights
     slope = (first * weights) @ first.T
     stiffness = beam.tension * slope + beam.bending_stiffness * (second * weights) @ second.T
+    stiffness += beam.end_stiffness(*_at_ends(coefficients, half))
     pairs = slope[:, :, None, None] * slope
     symmetric = (pairs + pairs.transpose(0, 2, 1, 3) + pairs.transpose(0, 3, 2, 1)) / 3
     return BeamModes(
@@ -122,6 +134,7 @@ def _solve(beam: Beam, size: int, count: int) -> tuple[Array, Array]:
     mass = beam.mass_per_length * half * (basis * norm) @ basis.T
     stiffness = beam.tension / half * (first * norm[:-1]) @ first.T
     stiffness += beam.bending_stiffness / half**3 * (second * norm[:-2]) @ second.T
+    stiffness += beam.end_stiffness(*_at_ends(basis, half))
     scale = 1 / np.sqrt(np.abs(np.diag(stiffness)))
     stiffness, mass = (m * np.outer(scale, scale) for m in (stiffness, mass))
     if np.linalg.eigvalsh(stiffness)[0] <= 0:
@@ -133,15 +146,22 @@ def _solve(beam: Beam, size: int, count: int) -> tuple[Array, Array]:
     return 1 / inverse[::-1], (scale[:, None] * vectors[:, ::-1]).T @ basis
 
 
+def _at_ends(coefficients: Array, half: float) -> tuple[Array, Array]:
+    """Values and slopes (2, n) at both ends of functions with Legendre coefficients (n, m)."""
+    ends = np.array([-1.0, 1.0])
+    slopes = legendre.legval(ends, legendre.legder(coefficients, 1, axis=1).T) / half
+    return legendre.legval(ends, coefficients.T).T, slopes.T
+
+
 def _basis(beam: Beam, size: int) -> Array:
     """Legendre coefficients (size, size + 4) of functions that meet the ends' conditions.
 
-    P_k plus the four (two for a string) next ones that the conditions w = 0 and, at a clamped
-    end, w' = 0 determine.
+    P_k plus the next ones, as many as there are conditions w = 0 and, at a clamped end, w' = 0.
     """
     conditions = []
     for end, kind in zip((-1.0, 1.0), beam.ends):
-        conditions.append((end, 0))
+        if not isinstance(kind, Spring) or kind.spring is None:
+            conditions.append((end, 0))
         if kind == "clamped" and beam.bending_stiffness > 0:
             conditions.append((end, 1))
     n = len(conditions)
@@ -151,11 +171,12 @@ def _basis(beam: Beam, size: int) -> Array:
     } | {
         (end, 1): end ** (degrees + 1) * degrees * (degrees + 1) / 2 for end in (-1.0, 1.0)
     }
+    basis = np.eye(size, size + n)
+    if n == 0:
+        return basis
     rows = np.array([values[c] for c in conditions])
     rows = rows / np.abs(rows).max(axis=1, keepdims=True)
-    basis = np.zeros((size, size + n))
     for k in range(size):
-        basis[k, k] = 1.0
         basis[k, k + 1 : k + 1 + n] = np.linalg.solve(rows[:, k + 1 : k + 1 + n], -rows[:, k])
     return basis
 
@@ -172,7 +193,8 @@ def _peaks(coefficients: Array) -> Array:
         d1, d2 = legendre.legder(c), legendre.legder(c, 2)
         for _ in range(6):
             x = x - legendre.legval(x, d1) / legendre.legval(x, d2)
-        values = legendre.legval(x, c)
+        values = legendre.legval(np.concatenate([[-1.0], x, [1.0]]), c)
+        values = values[np.abs(values) > (1 - 1e-9) * np.abs(values).max()]
         peaks[i] = np.sign(values[0]) * np.abs(values).max()
     return peaks
 
@@ -198,7 +220,7 @@ def reduce_beam(scene: Scene) -> ReducedModel:
         material.youngs_modulus * area * h**2 / 12,
         scene.tension.x * width,
         material.density * area,
-        (held["left"], held["right"]),
+        (_end(held["left"], width), _end(held["right"], width)),
     )
     found = modes(beam, scene.modes.highest)
     index = np.array(scene.modes.numbers) - 1
@@ -226,6 +248,13 @@ def reduce_beam(scene: Scene) -> ReducedModel:
         method="direct",
         in_plane="free",
     )
+
+
+def _end(kind: Kind, width: float) -> Kind:
+    """A support per length of the edge as one of the whole end."""
+    if not isinstance(kind, Spring):
+        return kind
+    return Spring(None if kind.spring is None else kind.spring * width, kind.rotational * width)
 
 
 def _string(scene: Scene) -> String:

@@ -25,7 +25,7 @@ import attrs
 from nanorom import validation as v
 from nanorom.errors import SceneError
 from nanorom.excitation import Damping, Drive, Sweep, check_complete
-from nanorom.film import STRING_ENDS, Material, Plate, Support, Tension
+from nanorom.film import STRING_ENDS, Kind, Material, Plate, Spring, Support, Tension
 from nanorom.geometry import Disc, Geometry, MeshFile, Rectangle, String, read_geometry
 from nanorom.load import Load
 
@@ -42,6 +42,7 @@ __all__ = [
     "Rectangle",
     "Reduction",
     "Scene",
+    "Spring",
     "String",
     "Support",
     "Sweep",
@@ -172,6 +173,16 @@ class Scene:
             )
         if self.plate.model == "plate" and self.accuracy.degree == 1:
             raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
+        if self.support.springs and self.plate.model == "shell":
+            raise SceneError(
+                "support: found springs beside plate.model = shell; "
+                "allowed: clamped | simply_supported | free"
+            )
+        if self.plate.model == "membrane" and any(s.rotational for s in self.support.springs):
+            raise SceneError(
+                "support.rotational: found beside plate.model = membrane, which has no bending "
+                "stiffness to turn it; allowed: a transverse spring"
+            )
         if not self.flat and self.reduction.method == "tangent":
             raise SceneError(
                 "reduction.method: found tangent for a film that is not flat; "
@@ -192,7 +203,7 @@ class Scene:
         return self.load is None and self.plate.initial_shape is None
 
     @property
-    def supports(self) -> dict[str, str]:
+    def supports(self) -> dict[str, Kind]:
         """Kind of support by side; for a mesh file by tag, with the key "default" for the rest."""
         if self.geometry.sides:
             return {side: self.support.kind(side) for side in self.geometry.sides}

@@ -18,6 +18,9 @@ MEANINGS = {
     "Pa": ("a pressure", "410 GPa"),
     "kg/m^3": ("a density", "2267 kg/m^3"),
     "N/m": ("a tension", "0.3 N/m"),
+    "N/m^2": ("a stiffness per length", "1 MN/m^2"),
+    "N": ("a force", "10 nN"),
+    "V": ("a voltage", "5 V"),
     "Hz": ("a frequency", "20 MHz"),
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
 }

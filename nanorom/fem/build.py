@@ -11,6 +11,7 @@ from nanorom.fem.discretisation import Discretisation
 from nanorom.fem.plate import Plate
 from nanorom.fem.scales import Scales
 from nanorom.fem.symmetry import Mirrors, line
+from nanorom.film import Kind, Spring
 from nanorom.scene import MeshFile, Scene
 
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
@@ -31,14 +32,22 @@ def build_plate(
         chosen.size_factor,
     )
     kinds = boundary_kinds(scene, list(domain.facets), part)
-    by_kind = {kind: [s for s, k in kinds.items() if k == kind] for kind in set(kinds.values())}
+    springs = {
+        side: (
+            None if kind.spring is None else kind.spring * scales.length / scales.tension,
+            kind.rotational / (scales.length * scales.tension),
+        )
+        for side, kind in kinds.items()
+        if isinstance(kind, Spring)
+    }
     plate = Plate(
         domain,
         chosen.degree,
-        clamped=by_kind.get("clamped", []),
-        pinned=by_kind.get("simply_supported", []),
+        clamped=[side for side, kind in kinds.items() if kind == "clamped"],
+        pinned=[side for side, kind in kinds.items() if kind == "simply_supported"],
         bending=scales.bending > 0,
         mirrors=part,
+        springs=springs,
     )
     plate.tension_x.value = scene.tension.x / scales.tension
     plate.tension_y.value = scene.tension.y / scales.tension
@@ -59,7 +68,7 @@ def pulls_at_free_edge(plate: Plate) -> bool:
     return max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL
 
 
-def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str, str]:
+def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str, Kind]:
     """Kind of support of every boundary curve of the mesh but the mirrors; raises SceneError."""
     tags = [tag for tag in tags if tag not in map(line, mirrors.axes)]
     for side in scene.support.named:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import logging
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -156,10 +156,19 @@ def _jit_keywords() -> dict[str, Any]:
     return {key: options}
 
 
-def facet_measure(mesh: Any, facets: np.ndarray, metadata: dict[str, Any]) -> Any:
-    """Integration over some of the exterior facets (local numbers, sorted)."""
-    tags = dolfinx.mesh.meshtags(mesh, 1, facets, np.ones(len(facets), dtype=np.int32))
-    return ufl.Measure("ds", domain=mesh, subdomain_data=tags, metadata=metadata)(1)
+def facet_measures(
+    mesh: Any, groups: Sequence[np.ndarray], metadata: dict[str, Any]
+) -> list[Any]:
+    """Integration over each of some disjoint groups of exterior facets (local numbers).
+
+    A form may hold any of them together, but none of another call.
+    """
+    facets = np.concatenate([*groups, np.empty(0, dtype=np.int32)]).astype(np.int32)
+    numbers = np.repeat(np.arange(1, len(groups) + 1), [len(group) for group in groups])
+    facets, first = np.unique(facets, return_index=True)
+    tags = dolfinx.mesh.meshtags(mesh, 1, facets, numbers[first].astype(np.int32))
+    edge = ufl.Measure("ds", domain=mesh, subdomain_data=tags, metadata=metadata)
+    return [edge(number) for number in range(1, len(groups) + 1)]
 
 
 def scatter_reverse_add(function: Any) -> None:

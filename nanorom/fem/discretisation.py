@@ -15,6 +15,7 @@ import numpy as np
 
 from nanorom.fem.mesh import Grading
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
+from nanorom.film import Kind, Spring
 from nanorom.scene import Accuracy, Disc, MeshFile, Rectangle, Scene, String
 
 MESHES = Path(__file__).parents[1] / "meshes"
@@ -189,12 +190,13 @@ def _rectangle(
     return Discretisation(file, parameters, degree, 1, Grading(move), mirrors)
 
 
-def _end_rows(kind: str, size: float, tolerance: float | None, layer: float) -> np.ndarray:
+def _end_rows(kind: Kind, size: float, tolerance: float | None, layer: float) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards."""
     if kind == "free" or tolerance is None:
         return np.empty(0)
     corner = size * tolerance ** (1 / CORNER_EXPONENT)
-    smallest = min(layer, corner) if kind == "clamped" and layer > 0 else corner
+    bends = kind == "clamped" or isinstance(kind, Spring)
+    smallest = min(layer, corner) if bends and layer > 0 else corner
     return _shrinking(size, smallest, CORNER_RATIO)
 
 

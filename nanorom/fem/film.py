@@ -66,7 +66,8 @@ class Film:
         """
         plate = self.plate
         blocks = fem.locate_dofs_topological(self.space, 1, plate.supported)
-        fixed = [(3 * blocks[:, None] + np.arange(3)).ravel()]
+        held = fem.locate_dofs_topological(self.space, 1, plate.held)
+        fixed = [3 * blocks, 3 * blocks + 1, 3 * held + 2]
         for axis, odd in zip(plate.mirrors.axes, parity):
             blocks = fem.locate_dofs_topological(self.space, 1, plate.on_mirror(axis))
             across = AXES.index(axis)

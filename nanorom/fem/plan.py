@@ -173,11 +173,11 @@ def bending_effect(scene: Scene) -> float | None:
     """
     scales = Scales.of(scene)
     smallest = min(scene.tension.x, scene.tension.y)
-    supports = set(scene.supports.values())
+    supports = scene.supports.values()
     if isinstance(scene.geometry, MeshFile) or smallest <= 0 or scene.plate.model == "membrane":
         return None
     wavenumber = discretisation.shortest_wave(scene.geometry, scene.modes.highest) * scales.length
     size = 1.0 if isinstance(scene.geometry, Disc) else scene.geometry.width / scales.length
     layer = float(np.sqrt(scales.bending * scales.tension / smallest))
     scaled = BENDING_FACTOR * max(wavenumber, 1 / size) * layer
-    return scaled if "clamped" in supports else scaled**2
+    return scaled if "clamped" in supports or scene.support.springs else scaled**2

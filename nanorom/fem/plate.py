@@ -18,6 +18,7 @@ and bending stiffness in the scene's scale of tension.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
@@ -77,7 +78,9 @@ class Plate:
     domain : the mesh and its tagged boundary.
     degree : of the deflection and of the in-plane displacement.
     clamped, pinned : names of the boundary curves where the film is clamped or simply supported;
-        on both w = 0 and u = 0, the others are free.
+        on both w = 0 and u = 0.
+    springs : names of boundary curves -> transverse and rotational stiffness per length; there
+        u = 0, and w = 0 where the transverse one is None.  All other curves are free.
     bending : with bending stiffness (plate) or without (membrane).
     mirrors : axes at which the domain is cut; integrals are over the part that is meshed.
 
@@ -96,13 +99,17 @@ class Plate:
         pinned: list[str],
         bending: bool,
         mirrors: Mirrors | None = None,
+        springs: Mapping[str, tuple[float | None, float]] | None = None,
     ) -> None:
         mesh = domain.mesh
         self.domain = domain
         self.mirrors = mirrors or Mirrors()
         self.degree = degree
         self.bending = bending
-        self.supported = domain.facets_of([*clamped, *pinned])
+        springs = springs or {}
+        rigid = [name for name, (transverse, _) in springs.items() if transverse is None]
+        self.held = domain.facets_of([*clamped, *pinned, *rigid])
+        self.supported = domain.facets_of([*clamped, *pinned, *springs])
         self.clamped = domain.facets_of(clamped)
         self.deflections = compat.lagrange_space(mesh, degree)
         self.in_plane = compat.lagrange_space(mesh, degree, components=2)
@@ -113,6 +120,14 @@ class Plate:
         self.bending_stiffness = fem.Constant(mesh, 0.0)
         self.nu = fem.Constant(mesh, 0.0)
         self.membrane_stiffness = fem.Constant(mesh, 1.0)
+        self.springs = [
+            (domain.facets_of([name]), fem.Constant(mesh, np.array([k or 0.0, turning])))
+            for name, (k, turning) in springs.items()
+        ]
+        groups = [self.clamped, *(facets for facets, _ in self.springs)]
+        self._clamped_edge, *self._elastic_edges = compat.facet_measures(
+            mesh, groups, {"quadrature_degree": 2 * degree}
+        )
         self.shape: Any = None
         self.prestress: Any = None
         self.attraction: Attraction | None = None
@@ -122,9 +137,9 @@ class Plate:
         return self.domain.facets_of([line(axis)])
 
     def odd_facets(self, parity: Parity) -> np.ndarray:
-        """Local facets on which a deflection of a parity vanishes: supports and odd mirrors."""
+        """Local facets on which a deflection of a parity vanishes: rigid supports, odd mirrors."""
         odd = [line(axis) for axis, p in zip(self.mirrors.axes, parity) if p]
-        return np.union1d(self.supported, self.domain.facets_of(odd)).astype(np.int32)
+        return np.union1d(self.held, self.domain.facets_of(odd)).astype(np.int32)
 
     # -- energies -------------------------------------------------------------------------------
 
@@ -194,16 +209,27 @@ class Plate:
         average = 0.5 * (moment("+") + moment("-"))
         bulk = 0.5 * ufl.inner(self._moment(w), ufl.grad(ufl.grad(w))) * self.dx(2 * self.degree)
         interior = (-average * kink + 0.5 * (penalty("+") + penalty("-")) * kink**2) * inside
-        return self.bending_stiffness * (bulk + interior) + self.clamping_energy(w, self.clamped)
+        return self.bending_stiffness * (bulk + interior) + self._clamping(w, self._clamped_edge)
 
     def clamping_energy(self, w: Any, facets: np.ndarray) -> Any:
         """Nitsche terms that hold the slope across boundary facets at zero."""
-        edge = compat.facet_measure(
-            self.domain.mesh, facets, {"quadrature_degree": 2 * self.degree}
-        )
+        rule = {"quadrature_degree": 2 * self.degree}
+        return self._clamping(w, compat.facet_measures(self.domain.mesh, [facets], rule)[0])
+
+    def _clamping(self, w: Any, edge: Any) -> Any:
         slope = self._slope(w)
         density = -self._normal_moment(w) * slope + 2 * self._penalty() * slope**2
         return self.bending_stiffness * density * edge
+
+    def spring_energy(self, w: Any) -> Any:
+        """Energy of the elastic edges; 0 where there are none."""
+        energy = 0
+        for (_, stiffness), edge in zip(self.springs, self._elastic_edges):
+            density = stiffness[0] * w**2
+            if self.bending:
+                density = density + stiffness[1] * self._slope(w) ** 2
+            energy = energy + 0.5 * density * edge
+        return energy
 
     def _moment(self, w: Any) -> Any:
         """Bending moments per bending stiffness."""
@@ -227,10 +253,12 @@ class Plate:
         return COERCIVITY * 0.75 * self.degree * (self.degree - 1) * facet_by_area
 
     def linear_energy(self, w: Any) -> Any:
-        """Energy of tension and bending about an equilibrium, quadratic in w."""
+        """Energy of tension, bending and springs about an equilibrium, quadratic in w."""
         energy = self.tension_energy(w)
         if self.bending:
             energy = energy + self.bending_energy(w)
+        if self.springs:
+            energy = energy + self.spring_energy(w)
         if self.attraction is not None:
             gate = self.attraction.on(self.domain.mesh)
             softening = gate.stiffness(0.0 if self.shape is None else self.shape)

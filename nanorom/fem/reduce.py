@@ -127,6 +127,8 @@ def viscous(
     plate = modes.plate
     if plate.shape is not None or plate.attraction is not None:
         raise SceneError("damping.material_time: only for a film that its load leaves flat")
+    if plate.springs:
+        raise SceneError("damping.material_time: only for rigid supports; found springs")
     tension = float(plate.tension_x.value), float(plate.tension_y.value)
     bending = products.stiffness - np.einsum("d,drs->rs", tension, products.slopes)
     in_plane, unit = scene.reduction.in_plane, float(plate.membrane_stiffness.value)

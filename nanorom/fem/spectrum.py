@@ -33,6 +33,8 @@ class Spectrum:
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         if scene.load is not None:
             raise SceneError("load: a scene to identify is about the unloaded film; remove [load]")
+        if scene.support.springs:
+            raise SceneError("support: a scene to identify has rigid supports; found springs")
         self.scene = scene
         self.scales = scales = Scales.of(scene)
         tension = max(scene.tension.x, scene.tension.y, 1e-300)

@@ -50,7 +50,7 @@ def observe(shell, dofs):
 
 def edge(shell, side):
     facets = shell.domain.facets_of([side])
-    return compat.facet_measure(shell.mesh, facets, {"quadrature_degree": 2 * shell.degree})
+    return compat.facet_measures(shell.mesh, [facets], {"quadrature_degree": 2 * shell.degree})[0]
 
 
 def material(shell, modulus, nu, thickness):
