@@ -19,7 +19,8 @@ import nanorom
 from nanorom.errors import FileError, NanoromError
 from nanorom.files import atomic_path
 
-MOST_NUMBERS = 200_000_000  # entries of one dataset; a longer one is not read
+SMALL = 2**26  # bytes of a dataset that are read in any case
+PER_BYTE = 100  # bytes of a dataset per byte of its file; more is not compression, but a trap
 
 
 @contextmanager
@@ -60,7 +61,7 @@ def opened(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
             yield file
     except NanoromError as error:
         raise FileError(f"{path}: {error}") from None
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError, RecursionError) as error:
+    except Exception as error:  # whatever HDF5, NumPy or JSON find wrong with foreign bytes
         reason = " ".join(str(error).split()) or type(error).__name__
         raise FileError(f"{path}: damaged, or not a {kind} file: {reason}") from None
 
@@ -114,15 +115,17 @@ def dataset(
         raise FileError(f"{name}: missing, or not a dataset of this file")
     if item.external is not None or item.is_virtual:
         raise FileError(f"{name}: its numbers are outside the file")
+    declared, size = item.size * item.dtype.itemsize, parent.file.id.get_filesize()
+    if declared > max(SMALL, PER_BYTE * size):
+        raise FileError(f"{name}: declares {declared:.1e} bytes in a file of {size:.1e}; not read")
     if len(item.shape) != len(shape) or any(
         wanted not in (None, found) for wanted, found in zip(shape, item.shape)
     ):
         wanted = ", ".join("any" if length is None else str(length) for length in shape)
         raise FileError(f"{name}: found shape {item.shape}; expected ({wanted})")
-    if item.dtype.kind not in kinds:
+    is_text = h5py.check_string_dtype(item.dtype) is not None
+    if item.dtype.kind not in kinds or (item.dtype.kind in "OS" and not is_text):
         raise FileError(f"{name}: found type {item.dtype}; expected another one")
-    if item.size > MOST_NUMBERS:
-        raise FileError(f"{name}: found {item.size} entries; at most {MOST_NUMBERS} are read")
     return item
 
 
@@ -168,8 +171,10 @@ def read_attributes(parent: h5py.Group) -> dict[str, Any]:
         if isinstance(value, (str, bytes)):
             words = text(value)
             found[name] = from_json(words) if words.startswith("{") else words
-        else:
+        elif np.asarray(value).dtype.kind in "fiub":
             found[name] = value.item() if np.ndim(value) == 0 else np.asarray(value)
+        else:
+            raise FileError(f"{name}: found type {type(value).__name__}; expected numbers or text")
     return found
 
 

@@ -172,7 +172,8 @@ def _read_diagram(level: h5py.Group, size: int) -> Diagram:
         group = hdf5.group(level, f"branch/{number}")
         omega = _finite(group, "omega", (None,))
         n = len(omega)
-        parent, origin = (_integer(group, name, NONE, None) for name in ("parent", "origin"))
+        parent = _integer(group, "parent", NONE, count - 1)
+        origin = _integer(group, "origin", NONE, None)
         branches.append(
             Branch(
                 omega=omega,
@@ -189,8 +190,8 @@ def _read_diagram(level: h5py.Group, size: int) -> Diagram:
     return Diagram(
         branches=branches,
         special_points=_read_points(hdf5.group(level, "special_points"), size, count),
-        direct=float(level.attrs["direct"]),
-        parametric=float(level.attrs["parametric"]),
+        direct=_level(level, "direct"),
+        parametric=_level(level, "parametric"),
     )
 
 
@@ -237,8 +238,16 @@ def _finite(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> NDAr
     return array
 
 
+def _level(group: h5py.Group, name: str) -> float:
+    value = float(group.attrs[name])
+    if not 0 <= value < np.inf:
+        raise FileError(f"{name}: found {value}; expected a finite level")
+    return value
+
+
 def _integer(group: h5py.Group, name: str, low: int, high: int | None) -> int:
     value = group.attrs.get(name)
-    if not isinstance(value, (int, np.integer)) or value < low or (high and value > high):
+    whole = isinstance(value, (int, np.integer))
+    if not whole or value < low or (high is not None and value > high):
         raise FileError(f"{name}: found {value!r}; expected an integer from {low}")
     return int(value)

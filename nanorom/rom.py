@@ -49,7 +49,10 @@ def _optional(value: ArrayLike | None) -> Array | None:
 
 
 def _integers(value: ArrayLike) -> NDArray[np.int64]:
-    array = np.array(value, dtype=np.int64)
+    given = np.asarray(value)
+    array = np.array(given, dtype=np.int64)
+    if (array != given).any():
+        raise ModelError(f"found {given.dtype} where whole numbers are expected")
     array.flags.writeable = False
     return array
 

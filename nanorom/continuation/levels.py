@@ -67,20 +67,21 @@ def explore_each(
         processes = len(os.sched_getaffinity(0))
     if processes < 1:
         raise ContinuationError(f"processes: {processes} is not a positive number")
-    tasks = [(system, omega, (float(d), float(p)), options) for d, p in levels]
-    processes = min(processes, len(tasks))
+    levels = [(float(d), float(p)) for d, p in levels]
+    processes = min(processes, len(levels))
     if processes <= 1:
-        for number, task in enumerate(tasks):
-            yield number, _one(task)
+        for number, level in enumerate(levels):
+            yield number, _one(system, omega, level, options)
         return
     # a forked process needs no import and no guard in the caller's script
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
     context = multiprocessing.get_context(method)
     others = multiprocessing.active_children()
-    with ProcessPoolExecutor(processes, mp_context=context, initializer=_start) as pool:
+    given = system, omega, options
+    with ProcessPoolExecutor(processes, context, _start, given) as pool:
         # strong drive costs most: start there
-        order = sorted(range(len(tasks)), key=lambda i: -sum(abs(x) for x in tasks[i][2]))
-        waiting = {pool.submit(_one, tasks[i]): i for i in order}
+        order = sorted(range(len(levels)), key=lambda i: -sum(abs(x) for x in levels[i]))
+        waiting = {pool.submit(_shared, levels[i]): i for i in order}
         try:
             for future in as_completed(waiting):
                 yield waiting[future], future.result()
@@ -95,10 +96,24 @@ def explore_each(
             raise
 
 
-def _start() -> None:
+# What all levels share is given to each process when it starts: tasks stay so small that the pipe
+# to the processes never fills, for a full one holds up the end of a pool whose processes died.
+_given: tuple[ModalSystem, tuple[float, float], dict[str, Any]]
+
+
+def _start(
+    system: ModalSystem, omega: tuple[float, float], options: dict[str, Any]
+) -> None:
     """Leave interrupts to the parent, and do not outlive it."""
+    global _given
+    _given = system, omega, options
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _shared(level: Level) -> Diagram:
+    system, omega, options = _given
+    return _one(system, omega, level, options)
 
 
 def _end_with_parent() -> None:
@@ -108,11 +123,12 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _one(task: tuple[ModalSystem, tuple[float, float], Level, dict[str, Any]]) -> Diagram:
-    system, omega, (direct, parametric), options = task
+def _one(
+    system: ModalSystem, omega: tuple[float, float], level: Level, options: dict[str, Any]
+) -> Diagram:
     try:
-        return explore(system, omega, direct, parametric, **options)
+        return explore(system, omega, *level, **options)
     except ContinuationError as error:
         raise ContinuationError(
-            f"level (direct {direct:g}, parametric {parametric:g}): {error}"
+            f"level (direct {level[0]:g}, parametric {level[1]:g}): {error}"
         ) from None

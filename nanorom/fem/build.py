@@ -32,6 +32,7 @@ def build_plate(
         chosen.size_factor,
     )
     kinds = boundary_kinds(scene, list(domain.facets), part)
+    check_boundary(scene, domain, kinds)
     springs = {
         side: (
             None if kind.spring is None else kind.spring * scales.length / scales.tension,
@@ -84,3 +85,25 @@ def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str,
             "and give it a kind"
         )
     return kinds
+
+
+def check_boundary(scene: Scene, domain: mesh.Domain, kinds: dict[str, str]) -> None:
+    """Raise SceneError if a mesh file leaves open how its film is held. Collective."""
+    exterior = compat.exterior_facets(domain.mesh)
+    tagged = domain.facets_of(list(domain.facets))
+    open_edges = len(np.setdiff1d(exterior, tagged))
+    total, open_edges = domain.comm.allreduce(np.array([len(exterior), open_edges]))
+    if open_edges and scene.support.default != "free":
+        raise SceneError(
+            f"support: {open_edges} of {total} edges of the mesh's boundary have no physical curve: "
+            "are they held? Give them one, or name the held curves in a table"
+        )
+    n_owned = domain.mesh.topology.index_map(1).size_local
+    for name, kind in kinds.items():
+        own = domain.facets[name][domain.facets[name] < n_owned]
+        inside = domain.comm.allreduce(len(np.setdiff1d(own, exterior)))
+        if inside and kind == "clamped":
+            raise SceneError(
+                f"support.{name}: found clamped, but {inside} of its edges lie inside the film, "
+                "where no slope is held; allowed: simply_supported | free"
+            )

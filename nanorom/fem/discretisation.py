@@ -13,12 +13,11 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from nanorom.fem.mesh import Grading
+from nanorom.fem.mesh import MESHES, Grading
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
 from nanorom.film import Kind, Spring
 from nanorom.scene import Accuracy, Disc, MeshFile, Rectangle, Scene, String
 
-MESHES = Path(__file__).parents[1] / "meshes"
 DEGREE = 8
 CALIBRATION = (1.6, 1e-7, 8.3)  # wavenumber x size, estimated error, rate: drum, degree 8
 COARSEST = 0.8  # of the film's half width

@@ -15,11 +15,12 @@ import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import MeshError, NanoromError
-from nanorom.fem import compat, curved
+from nanorom.fem import compat, curved, vetting
 from nanorom.fem.symmetry import AXES, OPPOSITE, Mirrors, line
 
 Placement = Callable[[np.ndarray], np.ndarray]  # points (n, 2) of a flat mesh -> (n, 3)
 
+MESHES = Path(__file__).parents[1] / "meshes"  # geometry files of the package
 ON_MIRROR = 1e-9  # of the film's size: points nearer to a mirror lie on it
 
 
@@ -181,9 +182,11 @@ def load(
     in_space: bool = False,
 ) -> MeshData:
     """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
+    if file.parent != MESHES:
+        vetting.check(file)
     import gmsh
 
-    gmsh.initialize()
+    gmsh.initialize(readConfigFiles=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", size_factor)
@@ -372,6 +375,14 @@ def _named(gmsh: Any, edges: Mapping[int, np.ndarray]) -> dict[str, np.ndarray]:
 
 def _check(points: np.ndarray, triangles: np.ndarray, file: Path) -> None:
     """Refuse meshes that give nonsense later: inverted or flat cells, several parts."""
+    if not np.isfinite(points).all():
+        raise MeshError(f"{file}: a node's coordinates are not finite; mend the mesh")
+    edges = np.sort(triangles[:, np.array(curved.EDGES)], axis=2).reshape(-1, 2)
+    crowded = int((np.unique(edges, axis=0, return_counts=True)[1] > 2).sum())
+    if crowded:
+        raise MeshError(
+            f"{file}: {crowded} edges belong to more than two triangles; a film has no such edges"
+        )
     x = points[triangles]
     side = x[:, 1:] - x[:, :1]
     if points.shape[1] == 2:

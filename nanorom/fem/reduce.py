@@ -25,6 +25,7 @@ from nanorom.fem import (
     labels,
     loaded,
     quadrature,
+    shapefile,
     shellreduce,
     state,
 )
@@ -60,6 +61,8 @@ def reduce_scene(
     """
     if scene.plate.model == "beam":
         return reduce_beam(scene)
+    if scene.plate.initial_shape is not None:
+        shapefile.read_table(scene.plate.initial_shape)  # before anything expensive
     watch = Stopwatch(progress)
     if scene.plate.model == "shell":
         return shellreduce.reduce_shell(

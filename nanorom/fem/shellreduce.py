@@ -17,7 +17,7 @@ from mpi4py import MPI
 
 from nanorom.errors import AccuracyWarning, SceneError, SolverError
 from nanorom.fem import compat, drawing, labels, mesh, quadrature, shapefile, shellcases, statics
-from nanorom.fem.build import boundary_kinds
+from nanorom.fem.build import boundary_kinds, check_boundary
 from nanorom.fem.discretisation import Discretisation
 from nanorom.fem.mesh import Domain
 from nanorom.fem.modes import Modes
@@ -283,6 +283,7 @@ def equilibrium(scene: Scene, scales: Scales, shell: Shell) -> StaticProblem:
     Raises SolverError that says how much of the load was reached.
     """
     kinds = boundary_kinds(scene, list(shell.domain.facets), shell.mirrors)
+    check_boundary(scene, shell.domain, kinds)
     clamped, pinned = (
         [side for side, kind in kinds.items() if kind == wanted]
         for wanted in ("clamped", "simply_supported")

@@ -140,7 +140,7 @@ BROKEN = [
     (attribute("versions", "{"), "damaged"),
     (soft_link, "cubic: missing, or not a dataset of this file"),
     (outside, "mass: its numbers are outside the file"),
-    (huge, "entries; at most"),
+    (huge, "points: declares"),
     (many_modes, "found 1000000 modes; at most 100"),
     (not_a_potential, "deviate from a potential"),
 ]

@@ -1,0 +1,82 @@
+"""Mesh files of others: what gmsh must not be given.
+
+A geometry file is a program that gmsh runs, and gmsh takes every file without the right first line
+for one.  Statements that start commands, touch other files or end the process are refused, and
+because some damaged files kill gmsh, it tries each in a process of its own first.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from nanorom.errors import MeshError
+
+MSH_BEGINS = b"$MeshFormat"
+COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+FORBIDDEN = re.compile(
+    r"\b((?:NonBlocking)?System(?:Call)?|Onelab\w*|Include|Merge\w*|ShapeFromFile|Plugin|Save|Print"
+    r"|Exit|Abort)\b(?!\s*[=.])|\bPrintf\s*\([^;]*\)\s*(>)"
+)
+LARGEST_GEO = 10_000_000  # bytes
+MEMORY = 2**31, 100  # bytes of address space for a .msh: at least, and per byte of the file
+TRIAL = """
+import resource, sys
+import gmsh
+file, memory = sys.argv[1], int(sys.argv[2])
+if memory:
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+gmsh.initialize(readConfigFiles=False)
+gmsh.option.setNumber("General.Terminal", 0)
+try:
+    gmsh.open(file)
+    if len(gmsh.model.mesh.getNodes()[0]) == 0:
+        gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.getElements()
+except Exception:  # told again, and better, when it is read
+    pass
+print("survived")
+"""
+
+
+def check(file: Path) -> None:
+    """Raise MeshError unless a mesh or geometry file is safe to be read by gmsh."""
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise MeshError(f"{file}: cannot be read: {error.strerror}") from None
+    if file.suffix == ".msh":
+        if not content.startswith(MSH_BEGINS):
+            raise MeshError(f"{file}: not a mesh file of gmsh: it must begin with $MeshFormat")
+        smallest, per_byte = MEMORY
+        _try(file, max(smallest, per_byte * len(content)))
+    else:
+        _check_statements(file, content)
+        _try(file, 0)
+
+
+def _check_statements(file: Path, content: bytes) -> None:
+    if len(content) > LARGEST_GEO or b"\0" in content:
+        raise MeshError(f"{file}: not a geometry file of gmsh: too large, or not text")
+    text = content.decode(errors="replace")
+    blank = COMMENT.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+    found = FORBIDDEN.search(blank)
+    if found:
+        line = blank.count("\n", 0, found.start()) + 1
+        raise MeshError(
+            f"{file}: line {line}: found {found[1] or 'Printf to a file'}, which is not run: a "
+            "geometry file may not start commands, touch other files or stop gmsh"
+        )
+
+
+def _try(file: Path, memory: int) -> None:
+    # gmsh must not take itself for one of the ranks
+    own = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMI", "PRTE_"))}
+    command = [sys.executable, "-c", TRIAL, str(file), str(memory)]
+    done = subprocess.run(command, env=own, capture_output=True, cwd=file.parent)
+    if b"survived" not in done.stdout:
+        raise MeshError(f"{file}: damaged: gmsh dies of it (status {done.returncode})")
