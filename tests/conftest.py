@@ -2,10 +2,14 @@
 
 import itertools
 
+import hypothesis
 import numpy as np
 import pytest
 
 from nanorom.rom import ReducedModel, Shapes
+
+hypothesis.settings.register_profile("nanorom", deadline=None)  # a busy machine is no failure
+hypothesis.settings.load_profile("nanorom")
 
 
 def potential_tensor(rng, size, rank):

@@ -95,8 +95,8 @@ def check_boundary(scene: Scene, domain: mesh.Domain, kinds: dict[str, str]) -> 
     total, open_edges = domain.comm.allreduce(np.array([len(exterior), open_edges]))
     if open_edges and scene.support.default != "free":
         raise SceneError(
-            f"support: {open_edges} of {total} edges of the mesh's boundary have no physical curve: "
-            "are they held? Give them one, or name the held curves in a table"
+            f"support: {open_edges} of {total} edges of the boundary have no physical curve: nobody "
+            "knows if they are held; give them one, or name the held curves in a table"
         )
     n_owned = domain.mesh.topology.index_map(1).size_local
     for name, kind in kinds.items():

@@ -2,7 +2,7 @@
 
 A geometry file is a program that gmsh runs, and gmsh takes every file without the right first line
 for one.  Statements that start commands, touch other files or end the process are refused, and
-because some damaged files kill gmsh, it tries each in a process of its own first.
+because some damaged files kill gmsh, each is tried in a process of its own first.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from pathlib import Path
 from nanorom.errors import MeshError
 
 MSH_BEGINS = b"$MeshFormat"
-COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+# comments without quotes: those with quotes may not be comments at all, but parts of strings
+BLOCK_COMMENT = re.compile(r"/\*[^\"']*?\*/")
+LINE_COMMENT = re.compile(r"^([^\"'\n]*?)//[^\"'\n]*$", re.MULTILINE)
 FORBIDDEN = re.compile(
     r"\b((?:NonBlocking)?System(?:Call)?|Onelab\w*|Include|Merge\w*|ShapeFromFile|Plugin|Save|Print"
     r"|Exit|Abort)\b(?!\s*[=.])|\bPrintf\s*\([^;]*\)\s*(>)"
@@ -37,9 +39,10 @@ try:
     if len(gmsh.model.mesh.getNodes()[0]) == 0:
         gmsh.model.mesh.generate(2)
     gmsh.model.mesh.getElements()
-except Exception:  # told again, and better, when it is read
-    pass
-print("survived")
+except Exception as error:  # gmsh raises bare Exception
+    print("refused", error)
+else:
+    print("accepted")
 """
 
 
@@ -63,10 +66,11 @@ def _check_statements(file: Path, content: bytes) -> None:
     if len(content) > LARGEST_GEO or b"\0" in content:
         raise MeshError(f"{file}: not a geometry file of gmsh: too large, or not text")
     text = content.decode(errors="replace")
-    blank = COMMENT.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
-    found = FORBIDDEN.search(blank)
+    text = BLOCK_COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), text)
+    text = LINE_COMMENT.sub(r"\1", text)
+    found = FORBIDDEN.search(text)
     if found:
-        line = blank.count("\n", 0, found.start()) + 1
+        line = text.count("\n", 0, found.start()) + 1
         raise MeshError(
             f"{file}: line {line}: found {found[1] or 'Printf to a file'}, which is not run: a "
             "geometry file may not start commands, touch other files or stop gmsh"
@@ -77,6 +81,9 @@ def _try(file: Path, memory: int) -> None:
     # gmsh must not take itself for one of the ranks
     own = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMI", "PRTE_"))}
     command = [sys.executable, "-c", TRIAL, str(file), str(memory)]
-    done = subprocess.run(command, env=own, capture_output=True, cwd=file.parent)
-    if b"survived" not in done.stdout:
+    done = subprocess.run(command, env=own, capture_output=True, text=True)
+    verdict, _, reason = done.stdout.rpartition("\n")[0].rpartition("\n")[2].partition(" ")
+    if verdict == "refused":
+        raise MeshError(f"{file}: gmsh cannot mesh it: {' '.join(reason.split())}")
+    if verdict != "accepted":
         raise MeshError(f"{file}: damaged: gmsh dies of it (status {done.returncode})")

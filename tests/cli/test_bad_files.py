@@ -75,6 +75,8 @@ MESHES = {
     "command.geo": (geo('SystemCall "touch pwned";'), "line 1: found SystemCall"),
     "later.geo": (geo("", "/* a\n b */ NonBlockingSystemCall 'touch pwned';"),
                   "line 6: found NonBlockingSystemCall"),
+    "hidden.geo": (geo('s = "//"; SystemCall "touch pwned";'), "line 1: found SystemCall"),
+    "hidden-too.geo": (geo('s = "/*"; SystemCall "touch pwned"; t = "*/";'), "found SystemCall"),
     "write.geo": (geo('Printf("x") > "pwned";'), "Printf to a file"),
     "save.geo": (geo("", 'Save "pwned.msh";'), "found Save"),
     "include.geo": (geo('Include "other.geo";'), "found Include"),
@@ -147,7 +149,7 @@ def test_the_mesh_that_the_others_are_made_from_is_accepted(tmp_path, monkeypatc
 @pytest.mark.parametrize(
     ("support", "message"),
     [
-        ('{ rim = "clamped" }', "support.rim: the mesh has no boundary of that name; allowed: edge"),
+        ('{ rim = "clamped" }', "support.rim: the mesh has no boundary of that name; allowed"),
         ('{ edge = "free", rim = "clamped" }', "support.rim: the mesh has no boundary"),
         ('{ default = "free", edge = "free" }', "hold at least one side"),
         ('{ film = "clamped" }', "support.film: the mesh has no boundary of that name"),
