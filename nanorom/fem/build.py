@@ -87,7 +87,7 @@ def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str,
     return kinds
 
 
-def check_boundary(scene: Scene, domain: mesh.Domain, kinds: dict[str, str]) -> None:
+def check_boundary(scene: Scene, domain: mesh.Domain, kinds: dict[str, Kind]) -> None:
     """Raise SceneError if a mesh file leaves open how its film is held. Collective."""
     exterior = compat.exterior_facets(domain.mesh)
     tagged = domain.facets_of(list(domain.facets))
@@ -95,15 +95,15 @@ def check_boundary(scene: Scene, domain: mesh.Domain, kinds: dict[str, str]) -> 
     total, open_edges = domain.comm.allreduce(np.array([len(exterior), open_edges]))
     if open_edges and scene.support.default != "free":
         raise SceneError(
-            f"support: {open_edges} of {total} edges of the boundary have no physical curve: nobody "
-            "knows if they are held; give them one, or name the held curves in a table"
+            f"support: {open_edges} of {total} edges of the boundary have no physical curve: are "
+            "they held? Give them one, or name the held curves in a table"
         )
     n_owned = domain.mesh.topology.index_map(1).size_local
     for name, kind in kinds.items():
         own = domain.facets[name][domain.facets[name] < n_owned]
         inside = domain.comm.allreduce(len(np.setdiff1d(own, exterior)))
-        if inside and kind == "clamped":
+        if inside and kind not in ("simply_supported", "free"):
             raise SceneError(
-                f"support.{name}: found clamped, but {inside} of its edges lie inside the film, "
-                "where no slope is held; allowed: simply_supported | free"
+                f"support.{name}: {inside} of its edges lie inside the film; allowed there: "
+                "simply_supported | free"
             )
