@@ -17,6 +17,14 @@ from .harmonics import Basis
 from .system import Array, ScaledSystem
 
 
+def by_pair(tensor: Array) -> Array:
+    """A tensor [j, k, ...], symmetric in j, k, to multiply the products q_j q_k of j <= k."""
+    first, second = np.triu_indices(len(tensor))
+    weight = np.where(first == second, 1.0, 2.0)[:, None]
+    columns = int(np.prod(tensor.shape[2:]))
+    return np.ascontiguousarray(weight * tensor[first, second].reshape(len(first), columns))
+
+
 class HarmonicBalance:
     """The balance equations R(X, rate) = 0 of one system on one basis; rate = omega /
     period_multiple.
@@ -34,12 +42,9 @@ class HarmonicBalance:
         self.quadratic = np.ascontiguousarray(sub.quadratic.transpose(1, 2, 0)).reshape(
             size, size * size
         )
-        self.cubic = np.ascontiguousarray(sub.cubic.transpose(1, 2, 3, 0)).reshape(
-            size * size, size * size
-        )
-        self.loss = np.ascontiguousarray(sub.loss.transpose(2, 3, 1, 0)).reshape(
-            size * size, size * size
-        )
+        self.pairs = np.triu_indices(size)
+        self.cubic = by_pair(sub.cubic.transpose(1, 2, 3, 0))
+        self.loss = by_pair(sub.loss.transpose(2, 3, 1, 0))
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
         self.has_loss = bool(self.loss.any())
@@ -62,7 +67,9 @@ class HarmonicBalance:
         )
 
     def products(self, v: Array) -> Array:
-        return (v[:, :, None] * v[:, None, :]).reshape(len(v), v.shape[1] ** 2)
+        """q_j q_k for j <= k, (N, L (L + 1) / 2)."""
+        first, second = self.pairs
+        return np.asarray(v[:, first] * v[:, second])
 
     def secant(self, v: Array) -> Array:
         """G(q) with force G(q) q, transposed: (N, L, L) flattened."""
@@ -75,7 +82,7 @@ class HarmonicBalance:
 
     def tangent(self, v: Array) -> Array:
         """d(force)/dq without the linear part, transposed: (N, L, L) flattened."""
-        g = self.products(v) @ self.cubic
+        g: Array = self.products(v) @ self.cubic
         g *= 3.0
         if self.has_quadratic:
             g += 2.0 * (v @ self.quadratic)
@@ -142,10 +149,9 @@ class HarmonicBalance:
 
     def _loss_tangent(self, v: Array, x: Array, rate: float) -> Array:
         """Derivative of W(q, q) q' with respect to q, transposed and flattened."""
-        size = self.size
         z = rate * (self.basis.synthesis @ self.derivative(x))
-        tensor = self.loss.reshape(size, size, size, size)  # [j, l, k, r], symmetric in j, l
-        mixed = np.einsum("nl,nk,jlkr->njr", v, z, tensor, optimize=True)
+        tensor = self.system.restrict(self.basis.modes).loss  # [r, k, j, l], symmetric in j, l
+        mixed = np.einsum("nl,nk,rkjl->njr", v, z, tensor, optimize=True)
         return np.asarray(2.0 * mixed).reshape(len(v), -1)
 
     def factorise(self, x: Array, rate: float, border: Array) -> BorderedFactors:

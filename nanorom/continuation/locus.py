@@ -372,7 +372,8 @@ class _Curve:
         basis, size = operator.basis, operator.size
         q, r = basis.synthesis @ x, basis.synthesis @ right
         weights = basis.analysis.T @ left
-        pairs = (q[:, :, None] * r[:, None, :]).reshape(len(q), -1)
+        first, second = operator.pairs
+        pairs = (q[:, first] * r[:, second] + q[:, second] * r[:, first]) / 2
         tensor = 6.0 * (pairs @ operator.cubic)
         if operator.has_quadratic:
             tensor = tensor + 2.0 * (r @ operator.quadratic)

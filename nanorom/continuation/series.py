@@ -70,14 +70,16 @@ class SeriesExpansion:
         self.secants = np.zeros((n, order + 1, size * size))
         self.orders = np.zeros((order + 1, rows, size))
         # large temporaries would be returned to the system and faulted in again at every operation
-        self._pairs = np.empty((n, size, size))
-        self._outer = np.empty((n, size, size))
+        self._squares = np.empty((n, size, size))
+        first, second = balance.pairs
+        self._upper = first * size + second
+        self._pairs = np.empty((n, len(first)))
         if balance.has_loss:
             self.losses = np.zeros((n, order + 1, size * size))
             self.velocity = np.zeros((n, order + 1, size))
             self.friction = np.zeros((order + 1, n, size))
-        by_last = balance.cubic.reshape(size, size, size, size).transpose(2, 0, 1, 3)
-        self.cubic_by_last = np.ascontiguousarray(by_last).reshape(size, size * size * size)
+        by_last = balance.cubic.reshape(len(first), size, size).transpose(1, 0, 2)
+        self.cubic_by_last = np.ascontiguousarray(by_last).reshape(size, len(first) * size)
 
     def expand(self, x: Array, rate: float, factors: BorderedFactors) -> tuple[Array, Array]:
         """Coefficients (order + 1, n) and rates (order + 1,) of the branch through (x, rate)."""
@@ -94,7 +96,7 @@ class SeriesExpansion:
         self._store(0, x)
         v0 = self.forward[:, 0].copy()
         self.secants[:, 0] = balance.secant(v0)
-        cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(len(v0), size * size, size)
+        cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(len(v0), -1, size)
         if balance.has_loss:
             self._store_friction(0)
         rhs = np.zeros(basis.size + 1)
@@ -102,11 +104,7 @@ class SeriesExpansion:
             rhs[-1] = 1.0 if k == 1 else 0.0
             pairs = None
             if k > 1:
-                pairs = np.matmul(
-                    self.forward[:, 1:k].transpose(0, 2, 1),
-                    self.backward[:, order - k + 1 : order],
-                    out=self._pairs,
-                )
+                pairs = self._known_pairs(k)
                 squares[k] = rates[1:k] @ rates[k - 1 : 0 : -1]
                 rhs[:-1] = -basis.pack(self._known(k, pairs, cubic_at_v0, rates, squares))
             solution = factors.solve(rhs)
@@ -130,6 +128,17 @@ class SeriesExpansion:
                 self.balance.basis.synthesis @ self.balance.derivative(x)
             )
 
+    def _known_pairs(self, k: int) -> Array:
+        """Products q_j q_l (j <= l) of order k without those of the unknowns of order k."""
+        squares = np.matmul(
+            self.forward[:, 1:k].transpose(0, 2, 1),
+            self.backward[:, self.order - k + 1 : self.order],
+            out=self._squares,
+        )
+        flat = squares.reshape(len(squares), -1)
+        # mode: the indices are known to be good
+        return flat.take(self._upper, axis=1, out=self._pairs, mode="clip")
+
     def _known(
         self, k: int, pairs: Array, cubic_at_v0: Array, rates: Array, squares: Array
     ) -> Array:
@@ -142,10 +151,10 @@ class SeriesExpansion:
             self.backward[:, past].reshape(n, 1, -1),
             self.secants[:, 1:k].reshape(n, (k - 1) * size, size),
         )
-        force += np.matmul(pairs.reshape(n, 1, -1), cubic_at_v0)
+        force += np.matmul(pairs[:, None, :], cubic_at_v0)
         samples = force[:, 0, :]
         if balance.has_loss:
-            partial = (pairs.reshape(n, -1) @ balance.loss).reshape(n, size, size)
+            partial = (pairs @ balance.loss).reshape(n, size, size)
             y = np.matmul(self.velocity[:, self.order][:, None, :], partial)
             y += np.matmul(
                 self.velocity[:, past].reshape(n, 1, -1),
@@ -153,32 +162,29 @@ class SeriesExpansion:
             )
             samples = samples + rates[0] * y[:, 0, :]
             samples += np.tensordot(rates[k - 1 : 0 : -1], self.friction[1:k], axes=1)
-        mixed = np.stack([squares[k - 1 : 0 : -1], rates[k - 1 : 0 : -1]]) @ self.orders[
-            1:k
-        ].reshape(k - 1, -1)
-        mixed = mixed.reshape(2, -1, size)
-        known = basis.second_weight * (mixed[0] + squares[k] * self.orders[0])
-        known += balance.derivative(mixed[1]) @ balance.damping_t
-        known += basis.analysis @ samples
+        orders = self.orders[1:k].reshape(k - 1, -1)
+        inertia = (squares[k - 1 : 0 : -1] @ orders).reshape(-1, size)
+        inertia += squares[k] * self.orders[0]
+        known = basis.analysis @ samples
+        known += basis.second_weight * inertia
+        slope = balance.derivative((rates[k - 1 : 0 : -1] @ orders).reshape(-1, size))
+        known += slope @ balance.damping_t
         return np.asarray(known)
 
     def _complete(self, k: int, pairs: Array | None, v0: Array) -> None:
         """Secant matrices (and losses) of order k, now that the unknowns of order k are there."""
         balance = self.balance
         v = self.forward[:, k]
-        total = np.multiply(v0[:, :, None], v[:, None, :], out=self._outer)
-        if pairs is None:
-            total += total.transpose(0, 2, 1).copy()
-        else:
-            pairs += total
-            pairs += total.transpose(0, 2, 1)
-            total = pairs
-        flat = total.reshape(len(v), -1)
-        np.matmul(flat, balance.cubic, out=self.secants[:, k])
+        first, second = balance.pairs
+        total = v0[:, first] * v[:, second]
+        total += v0[:, second] * v[:, first]
+        if pairs is not None:
+            total += pairs
+        np.matmul(total, balance.cubic, out=self.secants[:, k])
         if balance.has_quadratic:
             self.secants[:, k] += v @ balance.quadratic
         if balance.has_loss:
-            np.matmul(flat, balance.loss, out=self.losses[:, k])
+            np.matmul(total, balance.loss, out=self.losses[:, k])
 
     def _store_friction(self, k: int) -> None:
         """y_k = sum_i W_i z_(k-i), the damping force of order k before the factor rate."""

@@ -25,7 +25,8 @@ ROUNDS = 8
 MOST_POINTS = 1200  # at which adding points ends, unless the first ones are that many
 STENCIL = 6  # points of an interpolation
 SAMPLES = 4  # interpolated subdivisions between two points
-LEAVE_ONE_OUT = 0.05
+LEAVE_ONE_OUT = 0.1  # of a multiplier, or of 1 within the circle
+INSIDE = 0.5  # modulus of multipliers that will not soon be critical
 ROOT_TOLERANCE = 0.1  # of a coarsely located root; polishing and shooting decide
 
 
@@ -78,6 +79,7 @@ class Detector:
         self.eigenvalues = np.empty((0, size), dtype=complex)
         self.kinds = ("flip", "unit", "torus") if path.tracer.system.size > 1 else ("flip", "unit")
         self._between: dict[tuple[float, float], Array] = {}
+        self._left_out: dict[tuple[float, ...], float] = {}
         self._insert(path.initial_places())
 
     def find(self) -> list[Detected]:
@@ -120,17 +122,23 @@ class Detector:
     def _unresolved(self) -> list[Place]:
         """Points between neighbours where leaving one point out shows a poor interpolation."""
         s, count = self.positions, len(self.positions)
-        wanted = []
-        for i in range(count):
-            near = _stencil(s, i, STENCIL + 1)
-            near = near[near != i]
-            predicted = np.tensordot(_lagrange(s[near], s[i : i + 1])[0], self.maps[near], axes=1)
-            scale = max(1.0, float(np.abs(self.maps[i]).max()))
-            if np.abs(predicted - self.maps[i]).max() > LEAVE_ONE_OUT * scale:
-                wanted += [
-                    self.path.place((s[i] + s[j]) / 2) for j in (i - 1, i + 1) if 0 <= j < count
-                ]
-        return wanted
+        stencils = [near[near != i] for i, near in enumerate(_stencils(s, STENCIL + 1))]
+        keys = [(s[i], *s[near]) for i, near in enumerate(stencils)]
+        fresh = [i for i in range(count) if keys[i] not in self._left_out]
+        if fresh:
+            maps = [
+                np.tensordot(_lagrange(s[near], s[i : i + 1])[0], self.maps[near], axes=1)
+                for i, near in ((i, stencils[i]) for i in fresh)
+            ]
+            errors = _apart(self.eigenvalues[fresh], np.linalg.eigvals(np.array(maps)))
+            self._left_out.update({keys[i]: error for i, error in zip(fresh, errors)})
+        poor = [i for i in range(count) if self._left_out[keys[i]] > LEAVE_ONE_OUT]
+        return [
+            self.path.place((s[i] + s[j]) / 2)
+            for i in poor
+            for j in (i - 1, i + 1)
+            if 0 <= j < count
+        ]
 
     def _suspicious(self) -> list[Place]:
         """Points next to sign changes and dips of the interpolated test functions."""
@@ -240,6 +248,18 @@ def _stencil(positions: Array, centre: float, count: int) -> Array:
     count = min(count, len(positions))
     first = int(np.clip(np.ceil(centre - count / 2), 0, len(positions) - count))
     return np.arange(first, first + count)
+
+
+def _stencils(positions: Array, count: int) -> list[Array]:
+    """Indices of the neighbours of every point, itself among them."""
+    return [_stencil(positions, i, count) for i in range(len(positions))]
+
+
+def _apart(eigenvalues: Array, predicted: Array) -> Array:
+    """Largest distance (n,) of an eigenvalue from the nearest predicted one, both (n, 2L)."""
+    sizes = np.abs(eigenvalues)
+    gaps = np.abs(eigenvalues[:, :, None] - predicted[:, None, :]).min(axis=2)
+    return np.asarray(np.where(sizes > INSIDE, gaps / np.maximum(1.0, sizes), 0.0).max(axis=1))
 
 
 def _lagrange(nodes: Array, positions: Array) -> Array:

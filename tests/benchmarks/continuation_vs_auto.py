@@ -1,11 +1,12 @@
 """nanorom.continuation beside AUTO-07p: same equations, same range, one run, CPU seconds.
 
-    OMP_NUM_THREADS=1 python tests/benchmarks/continuation_vs_auto.py [--modes 1 2 11] [--scaling]
-    [--step 0.02] [--drum rom.h5]
+    ./run python -m tests.benchmarks.continuation_vs_auto [--modes 1 2 11] [--scaling]
+    [--drum rom.h5] [-o tests/benchmarks/continuation.md]
 
 AUTO runs the exported problem (nanorom.export) on one thread, with Floquet multipliers and
-detection of LP, PD, NS and BP; compiling and Python's start are not counted. A point counts as
-found by both when type and frequency agree to 1e-4. This is a benchmark, not a test: it asserts
+detection of LP, PD, NS and BP; compiling and Python's start are not counted. Its largest step is
+halved until it finds what nanorom finds on the base branch, at most `--tries` times; a point counts
+as found by both when type and frequency agree to 1e-4. This is a benchmark, not a test: it asserts
 nothing.
 """
 
@@ -13,11 +14,17 @@ from __future__ import annotations
 
 import argparse
 import os
+import platform
 import re
+import shlex
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
+from collections.abc import Callable
+from datetime import date
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +38,17 @@ from nanorom.rom import ReducedModel
 SAME = 1e-4
 AUTO_TYPES = {1: "BP", 2: "LP", 5: "LP", 6: "BP", 7: "PD", 8: "NS"}
 QUALITY = 180.0
+CASES = (((0.8, 1.5), 0.005, 0.0), ((1.5, 2.6), 0.002, 0.013))  # range, direct, parametric
+SIZES = (1, 2, 4, 8, 11, 16, 22, 30)
+# AUTO reads the clock on the wall, of which other processes take their share
+CPU_CLOCK = """#include <time.h>
+double omp_get_wtime_(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return now.tv_sec + 1e-9 * now.tv_nsec;
+}
+"""
+Points = list[tuple[str, float]]
 
 
 def string_like(size: int, seed: int = 0) -> ModalSystem:
@@ -51,7 +69,7 @@ def string_like(size: int, seed: int = 0) -> ModalSystem:
     )
 
 
-def cpu_of(function, repeat: int = 3) -> tuple[float, Diagram]:
+def cpu_of(function: Callable[[], Diagram], repeat: int = 3) -> tuple[float, Diagram]:
     """Least CPU time of some runs, and the result."""
     best = np.inf
     for _ in range(repeat):
@@ -62,8 +80,13 @@ def cpu_of(function, repeat: int = 3) -> tuple[float, Diagram]:
 
 
 def run_auto(
-    system, omega, direct, parametric, step: float, limit: float
-) -> tuple[list[float], list]:
+    system: ModalSystem,
+    omega: tuple[float, float],
+    direct: float,
+    parametric: float,
+    step: float,
+    limit: float,
+) -> tuple[list[float], list[Points]]:
     """CPU seconds per run ("Total Time" of AUTO) and special points (type, omega) per branch."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "problem"
@@ -75,7 +98,10 @@ def run_auto(
             "for point in base(kind) or []:", "for point in (base(kind) or [])[:1]:"
         )
         script.write_text(text)
-        environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+        clock = Path(name) / "clock.so"
+        compiler = ["gcc", "-shared", "-fPIC", "-O1", "-xc", "-", "-o", str(clock)]
+        subprocess.run(compiler, input=CPU_CLOCK, text=True, check=True)
+        environment = {**os.environ, "OMP_NUM_THREADS": "1", "LD_PRELOAD": str(clock)}
         try:
             done = subprocess.run(
                 ["sh", str(folder / "run.sh")],
@@ -92,7 +118,7 @@ def run_auto(
         return times[1:], [_special_points(file) for file in files if file.exists()]
 
 
-def _special_points(file: Path) -> list[tuple[str, float]]:
+def _special_points(file: Path) -> Points:
     rows = [line.split() for line in file.read_text().splitlines()]
     rows = [row for row in rows if len(row) > 5 and row[0] != "0"]
     return [
@@ -102,86 +128,133 @@ def _special_points(file: Path) -> list[tuple[str, float]]:
     ]
 
 
-def compare(name, system, omega, direct, parametric, step, limit) -> None:
-    depth = 1 if parametric else 0
-    base, _ = cpu_of(lambda: explore(system, omega, direct, parametric, depth=0))
-    whole, diagram = cpu_of(lambda: explore(system, omega, direct, parametric, depth=depth), 2)
-    ours = [(p.type, p.omega, p.branch) for p in diagram.special_points]
-    print(f"\n{name}, omega {omega}, direct {direct}, parametric {parametric}")
-    print(
-        f"  nanorom  base {base:.3f} s, all {len(diagram.branches)} branches {whole:.3f} s,",
-        end=" ",
-    )
-    print(", ".join(f"{kind} {w:.6f}" for kind, w, _ in ours))
-    times, points = run_auto(system, omega, direct, parametric, step, limit)
-    print("  AUTO     " + ", ".join(f"branch {i} {t:.3f} s" for i, t in enumerate(times)))
-    for index, found in enumerate(points):
-        print(
-            f"           branch {index}: " + ", ".join(f"{kind} {w:.6f}" for kind, w in found[:12])
-        )
-    if times:
-        print(f"  ratio    base {times[0] / base:.1f}", end="")
-        if len(times) > 1 and len(diagram.branches) > 1:
-            print(f", all branches {sum(times) / whole:.1f}", end="")
-        print()
+def beside_auto(size: int, tries: int, limit: float) -> list[str]:
+    """Rows of the table for a number of modes."""
+    rows = []
+    system = string_like(size)
+    for omega, direct, parametric in CASES:
+        depth = 1 if parametric else 0
+        levels = omega, direct, parametric
+        base, _ = cpu_of(partial(explore, system, *levels, depth=0))
+        whole, diagram = cpu_of(partial(explore, system, *levels, depth=depth), 2)
+        ours = [(p.type, p.omega) for p in diagram.points(branch=0)]
+        step, times, points, missed = 0.04, [np.inf], [], ours
+        for _ in range(tries if shutil.which("auto-07p") else 0):
+            step /= 2
+            times, points = run_auto(system, *levels, step, limit)
+            missed = [p for p in ours if not points or not any(_same(p, q) for q in points[0])]
+            if not missed:
+                break
+        runs = [("base", base, times[0], f"{len(ours) - len(missed)} of {len(ours)}")]
+        if depth and len(times) > 1:
+            runs.append((f"all {len(diagram.branches)}", whole, sum(times), ""))
+        for name, mine, theirs, found in runs:
+            rows.append(
+                f"| {size} | {omega[0]} to {omega[1]} | {direct}, {parametric} | {name} "
+                f"| {mine:.3f} | {theirs:.3f} | {theirs / mine:.1f} | {found} | {step} |"
+            )
+            print(rows[-1], flush=True)
+        if missed:
+            print("  not found by AUTO: " + ", ".join(f"{k} {w:.6f}" for k, w in missed))
+    return rows
 
 
-def scaling(sizes=(1, 2, 4, 8, 16, 30)) -> None:
-    """CPU time of one base branch for growing numbers of modes, and the exponent between sizes."""
-    before = None
+def _same(one: tuple[str, float], two: tuple[str, float]) -> bool:
+    return one[0] == two[0] and abs(one[1] - two[1]) < SAME
+
+
+def scaling(sizes: tuple[int, ...] = SIZES) -> list[str]:
+    """Rows of the table of CPU time of one base branch for growing numbers of modes."""
+    rows, seconds = [], []
     for size in sizes:
         system = string_like(size)
-        seconds, diagram = cpu_of(lambda s=system: explore(s, (0.8, 1.4), direct=0.005, depth=0), 1)
-        points = len(diagram.branches[0])
-        exponent = ""
-        if before:
-            exponent = f", exponent {np.log(seconds / before[1]) / np.log(size / before[0]):.2f}"
-        per = 1e3 * seconds / points
-        print(
-            f"  L = {size:2d}: {seconds:.3f} s, {points} points, {per:.2f} ms per point{exponent}"
-        )
-        before = size, seconds
+        cpu, diagram = cpu_of(partial(explore, system, *CASES[0], depth=0), 2 if size < 9 else 1)
+        seconds.append(cpu)
+        points, special = len(diagram.branches[0]), len(diagram.special_points)
+        rows.append(f"| {size} | {cpu:.3f} | {points} | {special} | {1e3 * cpu / points:.2f} |")
+        print(rows[-1], flush=True)
+    for low in (1, 8):
+        used = [i for i, size in enumerate(sizes) if size >= low]
+        logs = np.log(np.array(sizes)[used]), np.log(np.array(seconds)[used])
+        rows.append(f"\nExponent of L from {sizes[used[0]]} on: {np.polyfit(*logs, 1)[0]:.2f}")
+        print(rows[-1])
+    return rows
 
 
-def drum(path: Path) -> None:
-    """Wall time of the whole diagram of a drum at eight levels, 20-90 MHz, on the cores at hand."""
+def drum(path: Path) -> list[str]:
+    """Row of the table: the whole diagram of a drum at eight levels, on the cores at hand."""
     direct = [f"{pressure} Pa" for pressure in range(5, 45, 5)]
-    parametric = [f"{tension} mN/m" for tension in np.linspace(4.5, 6.0, 8)]
+    parametric = [f"{tension:.4g} mN/m" for tension in np.linspace(4.5, 6.0, 8)]
     model = ReducedModel.load(path)
-    start = time.perf_counter()
+    start = time.perf_counter(), os.times()
     response = respond(model, Drive(direct, parametric), Sweep("20 MHz", "90 MHz"))
-    seconds = time.perf_counter() - start
+    seconds, end = time.perf_counter() - start[0], os.times()
+    cpu = sum(end[:4]) - sum(start[1][:4])
     branches = sum(len(diagram.branches) for diagram in response.diagrams)
     points = [point.type for diagram in response.diagrams for point in diagram.special_points]
     counts = ", ".join(f"{points.count(kind)} {kind}" for kind in ("LP", "PD", "NS", "BP"))
-    print(
-        f"\n{model.size}-mode drum, 8 levels: {seconds:.1f} s on {len(os.sched_getaffinity(0))}"
-        f" cores, {branches} branches, {counts}"
-    )
+    cores = len(os.sched_getaffinity(0))
+    row = f"| {model.size} | 8 | {branches} | {counts} | {cores} | {seconds:.1f} | {cpu:.1f} |"
+    print(row)
+    return [row]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--modes", type=int, nargs="*", default=[1, 2, 11])
     parser.add_argument("--scaling", action="store_true", help="cost for 1 ... 30 modes")
-    parser.add_argument("--step", type=float, default=0.02, help="largest step of AUTO")
-    parser.add_argument("--limit", type=float, default=300.0, help="seconds allowed to AUTO")
+    parser.add_argument("--tries", type=int, default=3, help="largest steps tried with AUTO")
+    parser.add_argument("--limit", type=float, default=600.0, help="seconds allowed to AUTO")
     parser.add_argument("--drum", type=Path, metavar="ROM", help="rom.h5 of the drum demo")
+    parser.add_argument("-o", "--output", type=Path, help="where the tables go (markdown)")
     options = parser.parse_args()
-    print(f"load average {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores")
-    if not shutil.which("auto-07p"):
-        print("AUTO-07p is not installed: only nanorom is timed")
-    for size in options.modes:
-        system = string_like(size)
-        for omega, direct, parametric in (((0.8, 1.5), 0.005, 0.0), ((1.5, 2.6), 0.002, 0.013)):
-            arguments = omega, direct, parametric, options.step, options.limit
-            compare(f"{size} modes", system, *arguments)
+    load = os.getloadavg()[0]
+    parts = []
+    if options.modes:
+        parts += [
+            "## Beside AUTO-07p\n",
+            "| L | omega | direct, parametric | branches | nanorom (CPU s) | AUTO (CPU s) | ratio "
+            "| special points of the base branch AUTO finds | DSMAX |",
+            "|---" * 9 + "|",
+            *(
+                row
+                for size in options.modes
+                for row in beside_auto(size, options.tries, options.limit)
+            ),
+        ]
     if options.scaling:
-        print("\ncost of a base branch")
-        scaling()
+        parts += [
+            "\n## Base branch of a dense system, omega 0.8 to 1.5, direct 0.005\n",
+            "| L | CPU s | points | special points | ms per point |",
+            "|---" * 5 + "|",
+            *scaling(),
+        ]
     if options.drum is not None:
-        drum(options.drum)
-    print(f"load average {os.getloadavg()[0]:.1f}")
+        parts += [
+            "\n## Whole diagram of the paper's drum, 20 to 90 MHz\n",
+            "| L | levels | branches | special points | cores | wall s | CPU s |",
+            "|---" * 7 + "|",
+            *drum(options.drum),
+        ]
+    if options.output is not None:
+        title = (
+            f"# Continuation: cost\n\n`{shlex.join(['python', '-m', MODULE, *sys.argv[1:]])}`, "
+            f"{date.today()}, {_processor()}, {os.cpu_count()} cores, "
+            f"load average {load:.1f} to {os.getloadavg()[0]:.1f}\n"
+        )
+        options.output.write_text("\n".join([title, *parts]) + "\n")
+
+
+MODULE = "tests.benchmarks.continuation_vs_auto"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
 
 
 if __name__ == "__main__":

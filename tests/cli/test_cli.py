@@ -232,6 +232,49 @@ def test_interrupted_response_goes_on_with_the_same_command(tmp_path, rom):
             assert np.array_equal(c.multipliers, d.multipliers)
 
 
+def contents(path):
+    """Every attribute and dataset of an HDF5 file, by name."""
+    found = {}
+
+    def visit(name, node):
+        found.update({f"{name}@{key}": value for key, value in node.attrs.items()})
+        if isinstance(node, h5py.Dataset):
+            found[name] = node[()]
+
+    with h5py.File(path) as file:
+        visit("", file)
+        file.visititems(visit)
+    return found
+
+
+def test_response_killed_at_random_moments_ends_with_the_same_file(tmp_path, rom):
+    random = np.random.default_rng(4)
+    sweep, output = tmp_path / "sweep.toml", tmp_path / "response.h5"
+    levels = ", ".join(f'"{level} mPa"' for level in range(1, 13))
+    sweep.write_text(SWEEP.replace('"1 mPa", "2 mPa"', levels))
+    command = ["-m", "nanorom", "respond", rom, sweep, "-o"]
+    kills = 0
+    for _ in range(3):
+        run = subprocess.Popen([sys.executable, *map(str, command), str(output)])
+        before = output.stat().st_mtime_ns if output.exists() else 0
+        deadline = time.monotonic() + LONGEST
+        while run.poll() is None and time.monotonic() < deadline:
+            if output.exists() and output.stat().st_mtime_ns != before:
+                break
+            time.sleep(0.002)
+        time.sleep(0.1 * random.random())
+        run.kill()
+        kills += run.wait(LONGEST) == -signal.SIGKILL
+        assert Response.load(output).diagrams  # whole levels only
+    assert kills
+    assert python(*command, output).returncode == 0
+    assert python(*command, tmp_path / "whole.h5").returncode == 0
+    one, two = contents(output), contents(tmp_path / "whole.h5")
+    assert one.keys() == two.keys()
+    assert all(np.array_equal(one[name], two[name]) for name in one)
+    assert names(tmp_path) == ["response.h5", "rom.h5", "sweep.toml", "whole.h5"]
+
+
 def test_plot_draws_a_model_and_a_response_beside_the_file(tmp_path, rom, sweep, capsys):
     response = tmp_path / "response.h5"
     assert main(["respond", str(rom), str(sweep), "-o", str(response)]) == 0
