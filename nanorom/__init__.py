@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nanorom.errors import NanoromError
     from nanorom.excitation import Damping, Drive, Excitation, Frequency, Sweep
+    from nanorom.loadcurve import LoadCurve
     from nanorom.response import Response, respond
     from nanorom.rom import ReducedModel, Shapes
     from nanorom.scene import (
@@ -33,11 +34,12 @@ if TYPE_CHECKING:
         Support,
         Tension,
     )
-    from nanorom.workflow import reduce, run
+    from nanorom.workflow import reduce, run, tune
 
 _HOMES = {
     "errors": ("NanoromError",),
     "excitation": ("Damping", "Drive", "Excitation", "Frequency", "Sweep"),
+    "loadcurve": ("LoadCurve",),
     "response": ("Response", "respond"),
     "rom": ("ReducedModel", "Shapes"),
     "scene": (
@@ -56,7 +58,7 @@ _HOMES = {
         "Support",
         "Tension",
     ),
-    "workflow": ("reduce", "run"),
+    "workflow": ("reduce", "run", "tune"),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
@@ -68,6 +70,7 @@ __all__ = [
     "Excitation",
     "Frequency",
     "Load",
+    "LoadCurve",
     "Material",
     "MeshFile",
     "Modes",
@@ -87,6 +90,7 @@ __all__ = [
     "reduce",
     "respond",
     "run",
+    "tune",
 ]
 
 

@@ -16,6 +16,7 @@ from typing import Any, TextIO
 
 from nanorom.errors import FileError, NanoromError
 
+MOST_POINTS = 1000  # of a load curve
 PATIENCE = 10.0  # seconds that a failed rank waits for the others to fail, too
 
 
@@ -116,8 +117,21 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("-o", "--output", type=Path, required=True, metavar="ROM", help="rom.h5")
     _add_overrides(sub)
 
-    sub = command("info", _info, "Print what a rom.h5 or a response.h5 holds.")
-    sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
+    sub = command("tune", _tune, "Follow deflection and frequencies as a scene's [load] grows.")
+    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+    sub.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="CURVE",
+        help="tuning.h5; the table tuning.csv and the picture tuning.png come beside it",
+    )
+    sub.add_argument("--points", default="20", help="about how many states (20)")
+    _add_overrides(sub)
+
+    sub = command("info", _info, "Print what a rom.h5, a response.h5 or a tuning.h5 holds.")
+    sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5, response.h5 or tuning.h5")
 
     sub = command("respond", _respond, "Follow the frequency response of a reduced model.")
     sub.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
@@ -159,7 +173,7 @@ def _parser() -> argparse.ArgumentParser:
         "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and resonances.png"
     )
 
-    sub = command("plot", _plot, "Draw a rom.h5 (mode gallery) or a response.h5.")
+    sub = command("plot", _plot, "Draw a rom.h5 (mode gallery), a response.h5 or a tuning.h5.")
     sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
     sub.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
@@ -263,11 +277,34 @@ def _reduce(options: argparse.Namespace) -> None:
         reduce(scene, progress, options.output)
 
 
+def _tune(options: argparse.Namespace) -> None:
+    from nanorom.files import check_writable
+    from nanorom.workflow import mpi_rank, tune
+
+    points = _integer("--points", options.points)
+    if not 2 <= points <= MOST_POINTS:
+        raise NanoromError(f"--points: found {points}; allowed: 2 to {MOST_POINTS}")
+    scene = _scene(options)
+    files = [options.output.with_suffix(suffix) for suffix in (".h5", ".csv", ".png")]
+    for file in files:
+        check_writable(file)
+    with _progress() as progress:
+        curve = tune(scene, points, progress)
+    if mpi_rank() == 0:
+        from nanorom.plots import load_curve
+
+        curve.save(files[0])
+        curve.save_csv(files[1])
+        load_curve(curve, files[2])
+        print(curve.text())
+
+
 def _info(options: argparse.Namespace) -> None:
     from nanorom import report
 
     kind, content = _load(options.file)
-    print(report.model_text(content) if kind == "rom" else report.response_text(content))
+    texts: dict[str, Any] = {"rom": report.model_text, "response": report.response_text}
+    print(content.text() if kind == "curve" else texts[kind](content))
 
 
 def _respond(options: argparse.Namespace) -> None:
@@ -344,6 +381,8 @@ def _plot(options: argparse.Namespace) -> None:
     make_directory(directory)
     if kind == "rom":
         plots.mode_gallery(content, directory / "modes.png")
+    elif kind == "curve":
+        plots.load_curve(content, directory / options.file.with_suffix(".png").name)
     else:
         plots.response_figure(content, directory / "response.png")
         plots.amplitude_panels(content, directory / "amplitudes.png")
@@ -356,14 +395,17 @@ def _bench(options: argparse.Namespace) -> None:
 
 
 def _load(path: Path) -> tuple[str, Any]:
-    from nanorom import hdf5, responsefile, romfile
+    from nanorom import hdf5, loadcurve, responsefile, romfile
 
     kind = hdf5.kind_of(path)
     if kind == responsefile.FORMAT:
         return "response", responsefile.load(path)
+    if kind == loadcurve.FORMAT:
+        return "curve", loadcurve.LoadCurve.load_file(path)
     if kind in ("", romfile.FORMAT):
         return "rom", romfile.load(path)
-    raise FileError(f"{path}: an HDF5 file of format {kind!r}; expected a rom.h5 or a response.h5")
+    expected = "a rom.h5, a response.h5 or a tuning.h5"
+    raise FileError(f"{path}: an HDF5 file of format {kind!r}; expected {expected}")
 
 
 @contextmanager

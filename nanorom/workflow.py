@@ -13,6 +13,7 @@ from typing import Any
 from nanorom import journal, report
 from nanorom.errors import NanoromError
 from nanorom.files import atomic_path, check_directory, check_writable, make_directory
+from nanorom.loadcurve import LoadCurve
 from nanorom.rom import ReducedModel
 from nanorom.scene import Scene
 
@@ -68,6 +69,20 @@ def reduce(
         model.save(path)
         journal.finished(path)
     return model
+
+
+def tune(scene: Scene, points: int = 20, progress: Progress | None = None) -> LoadCurve:
+    """Deflection and frequencies as a scene's [load] grows from nothing.
+
+    ``points`` is about how many states there are.  The load that grows is the voltage if there is
+    one, else the pressure, else the force; the others grow with it.  The path goes through limit
+    points; under a gate it ends at the pull-in.  Under MPI every rank calls it and gets the same
+    curve.  Raises NanoromError if DOLFINx is not installed, SceneError or SolverError if there is
+    no such path.
+    """
+    with _finite_elements():
+        from nanorom.fem.tuning import follow
+    return follow(scene, points, progress)
 
 
 def run(

@@ -16,7 +16,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from nanorom.errors import AccuracyWarning, SceneError, SolverError
-from nanorom.fem import compat, drawing, labels, mesh, quadrature, shapefile, shellcases, statics
+from nanorom.fem import compat, drawing, labels, loadpath, mesh, quadrature, shapefile, shellcases
 from nanorom.fem.build import boundary_kinds, check_boundary
 from nanorom.fem.discretisation import Discretisation
 from nanorom.fem.mesh import Domain
@@ -298,7 +298,7 @@ def equilibrium(scene: Scene, scales: Scales, shell: Shell) -> StaticProblem:
     load = fem.Constant(shell.mesh, unit) * shell.follower_pressure()
     problem = StaticProblem(shell.state, shell.energy(), load, fixed=fixed)
     try:
-        for _ in statics.load_steps(problem, [1.0]):
+        for _ in loadpath.load_steps(problem, [1.0]):
             pass
     except SolverError as error:
         raise SolverError(f"load.pressure: {error}") from error

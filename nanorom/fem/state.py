@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem
 
 from nanorom.errors import SolverError
-from nanorom.fem import compat, shapefile, statics
+from nanorom.fem import compat, loadpath, shapefile
 from nanorom.fem import film as films
 from nanorom.fem.film import Film
 from nanorom.fem.plate import Plate
@@ -80,7 +80,7 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
         return StaticState(about, moved, mean_tension(about))
     acting = load
     try:
-        for _ in statics.load_steps(
+        for _ in loadpath.load_steps(
             films.problem(film, acting), [1.0], lambda _: films.admissible(film, acting)
         ):
             pass

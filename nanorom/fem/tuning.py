@@ -1,21 +1,30 @@
-"""Frequencies against a static load, by continuation from state to state."""
+"""Deflection and frequencies against a static load, by continuation from state to state."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import attrs
 import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import SceneError, SolverError
+from nanorom.fem import algebra, compat, loaded, loadpath, state
 from nanorom.fem import film as films
-from nanorom.fem import loaded, state, statics
 from nanorom.fem.build import build_plate
+from nanorom.fem.loadpath import PathPoint
+from nanorom.fem.modes import UnstableError
 from nanorom.fem.plan import Plan
+from nanorom.fem.statics import StaticProblem
 from nanorom.fem.symmetry import is_symmetric
+from nanorom.load import VACUUM_PERMITTIVITY, Load
 from nanorom.loadcurve import UNITS, LoadCurve
 from nanorom.scene import Scene
+
+POINTS = 20
+MOST_DETOUR = 20  # steps of a path per point asked for
+Progress = Callable[[str, int, int], None]
 
 
 def tune(
@@ -23,49 +32,131 @@ def tune(
 ) -> LoadCurve:
     """States and frequencies of a scene whose [load] takes one value after the other. Collective.
 
-    quantity : "pressure", "voltage" or "force", a key of the scene's [load]; values : rising, in
+    quantity : "voltage", "pressure" or "force", a key of the scene's [load]; values : rising, in
     SI.  The other loads of the scene rise with it.  One mesh serves all states: that of the
     scene's tolerance.  Raises SceneError, or SolverError that says what load was reached.
     """
     load = scene.load
     if load is None or quantity not in UNITS or getattr(load, quantity) is None:
         raise SceneError(f"load.{quantity}: missing; it is what the frequencies are tuned by")
-    last = float(values[-1])
-    if len(values) == 0 or last == 0.0 or np.any(np.diff(np.abs(values)) <= 0):
+    if len(values) == 0 or values[-1] == 0.0 or np.any(np.diff(np.abs(values)) <= 0):
         raise SceneError(f"load.{quantity}: the values of the curve are not rising")
-    load = attrs.evolve(load, **{quantity: last})
-    shares = np.array(values) / last
+    film = LoadedFilm(scene, attrs.evolve(load, **{quantity: float(values[-1])}), quantity, comm)
+    shares = np.array(values) / values[-1]
     if quantity == "voltage":
         shares = shares**2  # the force goes with the square
-    plan = Plan.of(scene)
-    scales = plan.scales
-    chosen = plan.discretisation(scene.accuracy.tolerance)
-    chosen = attrs.evolve(chosen, whole=not is_symmetric(scene))
-    plate = build_plate(comm, scene, scales, chosen)
-    units = state.Units.of(scene, scales.length, scales.tension)
-    film = state.prepared(scene, units, plate)
-    found = state.load_on(film, load, units)
-    assert found is not None  # it has the quantity
-    unit_load = found
-    problem = films.problem(film, unit_load)
-    count = scene.modes.highest
-    rows = []
+    points = loadpath.load_steps(film.problem, [float(s) for s in shares], film.accept)
     try:
-        for point in statics.load_steps(
-            problem, [float(s) for s in shares], lambda _: films.admissible(film, unit_load)
-        ):
-            w = film.deflection()
-            centre = films.centre_value(plate, w)
-            modes = loaded.solve(film.about(unit_load, point.magnitude), count)
-            largest = comm.allgather(w[np.abs(w).argmax()])
-            rows.append(
-                (
-                    np.nan if centre is None else units.deflection * centre,
-                    units.deflection * max(largest, key=abs),
-                    scales.frequency(modes.eigenvalues[:count]),
-                )
-            )
+        rows = [film.row(point) for point in points]
     except SolverError as error:
-        raise SolverError(state.explained(load, error)) from error
-    centres, largest, frequency = zip(*rows)
-    return LoadCurve(quantity, values, centres, largest, frequency)
+        raise SolverError(state.explained(film.load, error)) from error
+    return film.curve(rows)
+
+
+def follow(
+    scene: Scene,
+    points: int = POINTS,
+    progress: Progress | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> LoadCurve:
+    """The path from no load to a scene's [load], through limit points. Collective.
+
+    ``points`` is about how many states there are.  A path under a gate ends where it is pulled in;
+    another one goes on, unstable states included, up to the whole load.  Raises SceneError, or
+    SolverError that says what load was reached.
+    """
+    load = scene.load
+    asked = [] if load is None else [q for q in UNITS if getattr(load, q)]
+    if load is None or not asked:
+        raise SceneError(f"load: a curve needs one; allowed: {', '.join(UNITS)}, not 0")
+    film = LoadedFilm(scene, load, asked[0], comm)
+    start = PathPoint(0.0, film.problem.free_values(), 0)
+    rows, limits = [film.row(start)], []
+    # the first steps are small, for films that are soft at first; the longest is a share
+    path = loadpath.arc_length(
+        film.problem, 1.0, points**-2.0, MOST_DETOUR * points, film.accept, longest=points
+    )
+    try:
+        for point in path:
+            if progress is not None:
+                progress("load path", min(len(rows), points), points)
+            if point.limit:
+                limits.append(point.magnitude)
+            film.problem.set_state(point.values, point.magnitude)
+            rows.append(film.row(point))
+            if point.limit and film.quantity == "voltage":
+                break
+    except SolverError as error:
+        raise SolverError(f"load.{film.quantity}: {error}") from error
+    return film.curve(rows, limits)
+
+
+class LoadedFilm:
+    """The static problem of a scene under growing shares of a load. Collective."""
+
+    def __init__(self, scene: Scene, load: Load, quantity: str, comm: MPI.Comm) -> None:
+        if scene.plate.model in ("shell", "beam"):
+            raise SceneError(
+                f"plate.model: found {scene.plate.model}; allowed for a curve: "
+                "auto | membrane | plate"
+            )
+        self.scene, self.load, self.quantity, self.comm = scene, load, quantity, comm
+        plan = Plan.of(scene)
+        self.scales = plan.scales
+        chosen = plan.discretisation(scene.accuracy.tolerance)
+        chosen = attrs.evolve(chosen, whole=not is_symmetric(scene))
+        self.plate = build_plate(comm, scene, self.scales, chosen)
+        self.units = state.Units.of(scene, self.scales.length, self.scales.tension)
+        self.film = state.prepared(scene, self.units, self.plate)
+        found = state.load_on(self.film, load, self.units)
+        assert found is not None  # it has the quantity
+        self._unit = found
+        self.problem = films.problem(self.film, found)
+        self.problem.solve(0.0)  # the pre-stress may relax
+        self.lumped = self._lumped_pull_in()
+
+    def accept(self, _: StaticProblem) -> bool:
+        """No part of the film is at the gate."""
+        return films.admissible(self.film, self._unit)
+
+    def row(self, point: PathPoint) -> tuple[float, float, float, np.ndarray]:
+        """Load in SI, deflections in m and frequencies in Hz of the problem's current state."""
+        w, count = self.film.deflection(), self.scene.modes.highest
+        centre = films.centre_value(self.plate, w)
+        largest = max(self.comm.allgather(w[np.abs(w).argmax()]), key=abs)
+        frequency = np.full(count, np.nan)
+        if point.stable and not point.limit:
+            try:
+                modes = loaded.solve(self.film.about(self._unit, point.magnitude), count)
+                frequency = self.scales.frequency(modes.eigenvalues[:count])
+            except UnstableError:  # at a limit point, to rounding
+                pass
+        share = np.sqrt(point.magnitude) if self.quantity == "voltage" else point.magnitude
+        deflection = self.units.deflection
+        return (
+            float(share * getattr(self.load, self.quantity)) + 0.0,  # no -0
+            np.nan if centre is None else deflection * centre,
+            deflection * largest,
+            frequency,
+        )
+
+    def curve(self, rows: Sequence[tuple[Any, ...]], limits: Sequence[float] = ()) -> LoadCurve:
+        """The curve of some rows and of the limit points on their path."""
+        load, centre, largest, frequency = zip(*rows)
+        shares = np.sqrt(limits) if self.quantity == "voltage" else np.array(limits)
+        turned = shares * getattr(self.load, self.quantity)
+        return LoadCurve(self.quantity, load, centre, largest, frequency, turned, self.lumped)
+
+    def _lumped_pull_in(self) -> float | None:
+        """Pull-in voltage of a rigid plate on a spring of the film's mean stiffness."""
+        if self.quantity != "voltage" or self.load.gap is None or self.plate.shape is not None:
+            return None
+        uniform = films.problem(self.film, films.pressure(self.film))
+        uniform.factorise()
+        pressure = uniform.load()
+        work = pressure @ uniform.back_substitute(pressure)  # int w dA under unit pressure
+        one = compat.form(films.pressure(self.film).form)
+        area = float(algebra.assemble_vector(one)[2::3].sum())
+        work, area = self.comm.allreduce(np.array([work, area]))
+        stiffness = area / work * self.units.pressure / self.units.deflection  # Pa/m
+        return float(np.sqrt(8 * stiffness * self.load.gap**3 / (27 * VACUUM_PERMITTIVITY)))

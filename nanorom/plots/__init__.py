@@ -1,6 +1,7 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
 from nanorom.plots.linear import linear_figure
+from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
@@ -9,6 +10,7 @@ __all__ = [
     "amplitude_panels",
     "comparison_figure",
     "linear_figure",
+    "load_curve",
     "mode_gallery",
     "resonance_figure",
     "response_figure",

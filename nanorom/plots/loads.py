@@ -4,27 +4,48 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from nanorom.loadcurve import UNITS, LoadCurve
 from nanorom.plots.style import COLUMN, save, scaled, styled
 
+MOST_NAMED = 6  # modes; more of them have no legend
+
 
 @styled
 def load_curve(curve: LoadCurve, path: str | Path | None = None) -> Figure:
-    """Draw the centre's deflection above, the frequencies below (and write the picture)."""
+    """Draw the deflection above, the frequencies below (and write the picture).
+
+    Unstable states are dashed; vertical lines mark limit points, of a gate the pull-in.
+    """
     figure = Figure(figsize=(COLUMN, 1.1 * COLUMN), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     load, load_unit = scaled(curve.load, UNITS[curve.quantity])
-    deflection, deflection_unit = scaled(curve.centre, "m")
-    frequency, frequency_unit = scaled(curve.frequency, "Hz")
-    above.plot(curve.load * load, curve.centre * deflection, ".-")
-    above.set_ylabel(f"deflection of the centre ({deflection_unit})")
+    at_centre = bool(np.isfinite(curve.centre).all())
+    height = curve.centre if at_centre else curve.largest
+    deflection, deflection_unit = scaled(height, "m")
+    frequency, frequency_unit = scaled(curve.frequency[curve.stable], "Hz")
+    x, y = curve.load * load, height * deflection
+    above.plot(x, y, "--", color="0.6", lw=0.8)
+    above.plot(x, np.where(curve.stable, y, np.nan), ".-", ms=3)
+    where = "centre" if at_centre else "largest"
+    above.set_ylabel(f"deflection, {where} ({deflection_unit})")
     for number, values in enumerate(curve.frequency.T, 1):
-        below.plot(curve.load * load, values * frequency, ".-", label=f"mode {number}")
+        below.plot(x, values * frequency, ".-", ms=3, label=f"mode {number}")
     below.set_ylabel(f"frequency ({frequency_unit})")
     below.set_xlabel(f"{curve.quantity} ({load_unit})")
-    below.legend()
+    below.xaxis.set_major_locator(MaxNLocator(6))
+    name = "pull-in" if curve.quantity == "voltage" else "limit point"
+    for number, limit in enumerate(curve.limits):
+        for axes in (above, below):
+            label = name if number == 0 and axes is above else None
+            axes.axvline(limit * load, color="0.3", lw=0.7, ls=":", label=label)
+    if len(curve.limits):
+        above.legend()
+    if curve.frequency.shape[1] <= MOST_NAMED:
+        below.legend()
     if path is not None:
         save(figure, path)
     return figure

@@ -38,11 +38,14 @@ def test_scene_is_that_of_the_drum_demo():
     assert nanorom.Scene.from_toml(block("toml")) == scene
 
 
+COMMANDS = ["run", "reduce", "info", "respond", "tune", "plot"]
+
+
 def test_commands_work_one_after_the_other(tmp_path, monkeypatch, capsys):
     (tmp_path / "demos").symlink_to(REPOSITORY / "demos")
     monkeypatch.chdir(tmp_path)
     lines = re.findall(r"^ +\./run nanorom (.*?)(?: +#.*)?$", README, re.MULTILINE)
-    assert [line.split()[0] for line in lines] == ["run", "reduce", "info", "respond", "plot"]
+    assert [line.split()[0] for line in lines] == COMMANDS
     for line in lines:
         assert main(shlex.split(line)) == 0, capsys.readouterr().err
     assert (tmp_path / "results/amplitudes.png").is_file()

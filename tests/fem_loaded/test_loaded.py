@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanorom.fem import film, loaded, statics
+from nanorom.fem import film, loaded, loadpath
 from nanorom.fem import step as stiffness_evaluation
 from nanorom.fem.shapes import normalise
 from tests.fem_loaded.drums import NU, centre, drum
@@ -19,7 +19,7 @@ def test_pressurised_drum_matches_spectral_reference(bending, radii):
     state = film.Film(plate)
     load = film.pressure(state)
     reference = Disc(1.0, bending, NU)
-    for point in statics.load_steps(film.problem(state, load), [100.0, 1000.0]):
+    for point in loadpath.load_steps(film.problem(state, load), [100.0, 1000.0]):
         assert point.stable
         reference.solve(point.magnitude)
         assert centre(plate, state) == pytest.approx(reference.centre(), rel=SPECTRAL)
@@ -36,7 +36,7 @@ def loaded_modes(plate, load_of, magnitude, count):
     """Oriented, scaled modes about the state under a load."""
     state = film.Film(plate)
     load = load_of(state)
-    for _ in statics.load_steps(film.problem(state, load), [magnitude]):
+    for _ in loadpath.load_steps(film.problem(state, load), [magnitude]):
         return normalise(loaded.solve(state.about(load, magnitude), count).take(np.arange(count)))
 
 
@@ -73,7 +73,7 @@ def test_gate_tunes_the_drum_as_the_spectral_reference():
     reference = Disc(1.0, 0.0, NU)
     problem = film.problem(state, load)
     frequency = []
-    for point in statics.load_steps(problem, [4.0, 40.0, 90.0]):
+    for point in loadpath.load_steps(problem, [4.0, 40.0, 90.0]):
         reference.solve(gap=gap, voltage2=point.magnitude)
         assert centre(plate, state) == pytest.approx(reference.centre(), rel=SPECTRAL)
         modes = loaded.solve(state.about(load, point.magnitude), 1)
@@ -96,7 +96,7 @@ def test_pull_in_of_a_stiff_membrane_is_the_literature_value():
     load = film.gate(state, gap)
     scale = 2 * gap**3
     problem = film.problem(state, load)
-    found = statics.limit_point(problem, 0.2 * scale).magnitude / scale
+    found = loadpath.limit_point(problem, 0.2 * scale).magnitude / scale
     assert 16 / 27 < found < 32 / 27
     assert found == pytest.approx(0.7892, abs=1e-4)
 
@@ -112,7 +112,7 @@ def test_refinement_of_a_loaded_plate_converges_at_its_order():
         plate = drum(0.05, degree=3, radii=radii, sectors=8 * rings)
         state = film.Film(plate)
         load = film.pressure(state)
-        for point in statics.load_steps(film.problem(state, load), [20.0]):
+        for point in loadpath.load_steps(film.problem(state, load), [20.0]):
             modes = loaded.solve(state.about(load, point.magnitude), 1)
         errors.append(abs(modes.eigenvalues[0] / exact - 1))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])

@@ -7,7 +7,7 @@ from mpi4py import MPI
 from scipy.special import i0, i1, k0, k1
 
 from nanorom.errors import SolverError
-from nanorom.fem import discretisation, film, loaded, mesh, statics
+from nanorom.fem import discretisation, film, loaded, loadpath, mesh
 from nanorom.fem.plate import Plate
 from tests.fem_loaded.drums import NU, centre, drum
 from tests.fem_loaded.radial import Disc
@@ -19,7 +19,7 @@ def indent(plate, forces):
     """Deflections under a point force at the centre."""
     state = film.Film(plate)
     load = film.patch(state, np.zeros(2), 0.0)
-    points = statics.load_steps(film.problem(state, load), forces)
+    points = loadpath.load_steps(film.problem(state, load), forces)
     return np.array([centre(plate, state) for _ in points])
 
 
@@ -81,7 +81,7 @@ def test_hencky_limit_of_a_pressurised_membrane():
     state = film.Film(plate)
     problem = film.problem(state, film.pressure(state))
     last = 1e6
-    for _ in statics.load_steps(problem, [1e2, 1e4, last]):
+    for _ in loadpath.load_steps(problem, [1e2, 1e4, last]):
         pass
     assert centre(plate, state) / np.cbrt(last) == pytest.approx(hencky(nu), rel=1e-3)
 
@@ -168,11 +168,11 @@ def test_shallow_dome_snaps_through_and_is_stable_again():
     plate = dome(1.0)
     state = film.Film(plate)
     problem = film.problem(state, film.pressure(state))
-    limit = statics.limit_point(problem, 0.1)
+    limit = loadpath.limit_point(problem, 0.1)
     state.state.x.array[:] = 0.0
     problem.magnitude.value = 0.0
     path = []
-    for point in statics.arc_length(problem, 2 * limit.magnitude, 0.1):
+    for point in loadpath.arc_length(problem, 2 * limit.magnitude, 0.1):
         path.append((point.magnitude, point.stable, centre(plate, state)))
     load, stable, deflection = np.array(path).T
     assert np.all(np.diff(deflection) > 0)
@@ -190,10 +190,10 @@ def test_load_that_cannot_be_borne_says_how_far_it_came():
     state = film.Film(plate)
     load = film.gate(state, gap)
     problem = film.problem(state, load)
-    pull_in = statics.limit_point(problem, 0.02).magnitude
+    pull_in = loadpath.limit_point(problem, 0.02).magnitude
     state.state.x.array[:] = 0.0
     problem.magnitude.value = 0.0
-    steps = statics.load_steps(problem, [2 * pull_in], lambda _: film.admissible(state, load))
+    steps = loadpath.load_steps(problem, [2 * pull_in], lambda _: film.admissible(state, load))
     with pytest.raises(SolverError, match="stopped at load") as stopped:
         list(steps)
     reached = float(str(stopped.value).split("at load ")[1].split()[0])
@@ -209,5 +209,5 @@ def test_initial_shape_is_a_deflected_state_without_its_stress():
     plate.shape = fem.Function(plate.deflections)
     state = film.Film(plate)
     load = film.pressure(state)
-    for _ in statics.load_steps(film.problem(state, load), [5.0]):
+    for _ in loadpath.load_steps(film.problem(state, load), [5.0]):
         assert centre(plate, state) == pytest.approx(reference.centre(), rel=1e-6)
