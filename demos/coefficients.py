@@ -7,7 +7,8 @@ For each device the modal equations are, with max |phi| = 1 and q in m,
 with sums over j <= k and j <= k <= l.  A flat film has no alpha, and most of its b vanish by
 symmetry.  The force derives from a potential, so that b112 of equation 1 is 3 b111 of equation 2.
 
-    python demos/coefficients.py [DIRECTORY]     leaves DEVICE.csv (all) and DEVICE.tex (non-zero)
+    python demos/coefficients.py [DIRECTORY]     leaves DEVICE.csv (all), DEVICE.tex (non-zero) and
+                                                 DEVICE.png, the coefficients b_rss at a glance
 """
 
 import sys
@@ -16,6 +17,7 @@ from pathlib import Path
 import nanorom
 from nanorom import tables
 from nanorom.files import make_directory
+from nanorom.plots.couplings import coupling_figure
 
 DEVICES = {"drum": 7, "string": 4, "rectangle": 6}  # modes; the paper's Table 4 has seven
 TITLES = {
@@ -41,7 +43,9 @@ def main(directory="results/coefficients"):
         print(f"{tables.CoefficientTable.of(model, 3).text()}\n")
         tables.write_csv(model, Path(directory) / f"{device}.csv")
         tables.write_latex(model, Path(directory) / f"{device}.tex")
-    print(f"files in {directory}: CSV with all coefficients in three normalisations, LaTeX")
+        coupling_figure(model, "film", Path(directory) / f"{device}.png")
+    print(f"files in {directory}: CSV with all coefficients in three normalisations, LaTeX,")
+    print("and pictures of b_rss in units of E h/L^2")
     return models
 
 

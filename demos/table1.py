@@ -8,12 +8,18 @@ phi_m = J0(j_0m r/R), and its in-plane displacement follows statically:
 Coefficients are in units of E h/R^2.  The paper's mode 2 is negative at the centre, ours positive;
 the table is in the paper's sign.  Neither tension nor size matters, so that any will do.
 
-    python demos/table1.py
+    python demos/table1.py [DIRECTORY]     leaves table1.png
 """
 
+import sys
+from pathlib import Path
+
 import numpy as np
+from matplotlib.figure import Figure
 
 import nanorom
+from nanorom.files import make_directory
+from nanorom.plots.style import COLUMN, save, styled
 
 # b^(r)_jkl: exact, the paper's analytic column, the paper's STEP column, all in the paper's sign.
 # Exact: 50-digit Bessel series, checked by a spectral Galerkin solution to 1e-13.
@@ -29,8 +35,8 @@ PAPER = {
 }
 
 
-def main():
-    """Print the table; return the coefficients by route, equation and indices."""
+def main(directory="results/table1"):
+    """Print the table, draw the errors; return the coefficients by route, equation and indices."""
     drum = nanorom.Scene(
         geometry=nanorom.Disc(radius="2.5 um"),
         plate=nanorom.Plate(thickness="10 nm", model="membrane"),
@@ -68,8 +74,34 @@ def main():
     for column, name in ((1, "analytic"), (2, "STEP")):
         worst = max(abs(row[column] / row[0] - 1) for row in PAPER.values())
         print(f"the paper's {name} column is within {worst:.2%} of exact")
+    draw(found, Path(make_directory(directory)) / "table1.png")
+    print(f"picture in {directory}: table1.png")
     return found
 
 
+@styled
+def draw(found, path):
+    """Relative differences from the exact coefficients, on a logarithmic scale."""
+    figure = Figure(figsize=(COLUMN, 0.75 * COLUMN), layout="constrained")
+    axes = figure.add_subplot()
+    columns = {
+        "paper, analytic": [row[1] for row in PAPER.values()],
+        "paper, STEP": [row[2] for row in PAPER.values()],
+        "ours, STEP": [found["step", *key] for key in PAPER],
+        "ours, direct": [found["direct", *key] for key in PAPER],
+    }
+    exact = np.array([row[0] for row in PAPER.values()])
+    for number, (name, values) in enumerate(columns.items()):
+        error = np.abs(np.array(values) / exact - 1).clip(1e-16)
+        shift = 0.15 * (number - 1.5)
+        axes.semilogy(np.arange(8) + shift, error, "osD^"[number], markersize=3.5, label=name)
+    names = [f"$b_{{{''.join(map(str, jkl))}}}^{{({r})}}$" for r, jkl in PAPER]
+    axes.set_xticks(range(8), names)
+    axes.set_ylabel("|coefficient / exact - 1|")
+    axes.set_ylim(1e-14, 1)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.45, 1.25), ncol=2)
+    save(figure, path)
+
+
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])

@@ -44,7 +44,7 @@ def mode_gallery(model: ReducedModel, path: str | Path | None = None) -> Figure:
 
     figure = Figure(figsize=(COLUMN, total))
     triangulation = Triangulation(x, y, model.shapes.cells)
-    outline = _outline(model.shapes)
+    edge = outline(model.shapes)
     for mode in range(model.size):
         row, column = divmod(mode, columns)
         left = GAP + column * width
@@ -59,7 +59,7 @@ def mode_gallery(model: ReducedModel, path: str | Path | None = None) -> Figure:
         values = model.shapes.values[mode].clip(-1, 1)
         axes.tricontourf(triangulation, values, LEVELS, cmap=COLOURS, antialiased=False)
         axes.add_collection(
-            LineCollection(outline, colors="0.25", linewidths=0.6, capstyle="round")
+            LineCollection(edge, colors="0.25", linewidths=0.6, capstyle="round")
         )
         axes.set_title(_title(model, mode), y=1.0, pad=2, linespacing=1.15)
         axes.set_aspect(shown / ratio)
@@ -85,7 +85,7 @@ def _title(model: ReducedModel, mode: int) -> str:
     return f"{model.label[mode]}\n{frequency}"
 
 
-def _outline(shapes: Shapes) -> Any:
+def outline(shapes: Shapes) -> Any:
     """Line segments (n, 2, 2) of the film's boundary: edges that belong to one triangle."""
     edges = np.sort(shapes.cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     unique, count = np.unique(edges, axis=0, return_counts=True)

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
+from nanorom.plots.linear import NAMES_HEIGHT, name_lines
 from nanorom.plots.style import COLUMN, save, scaled, styled, with_unit
 from nanorom.response import SPECIAL_POINTS, Response
 
@@ -63,15 +64,18 @@ def response_figure(response: Response, path: str | Path | None = None) -> Figur
 
 @styled
 def comparison_figure(
-    responses: Mapping[str, Response], levels: Sequence[str], path: str | Path | None = None
+    responses: Mapping[str, Response],
+    levels: Sequence[str],
+    resonances: Mapping[str, Mapping[str, float]],
+    path: str | Path | None = None,
 ) -> Figure:
     """Draw several responses below each other, level above level, (and write the picture).
 
     Drive frequencies are in multiples of the lowest natural frequency of each; levels: their
-    names, the same for all responses; every level is shifted up by `SHIFT` of the largest
-    amplitude.  Folds are not marked.
+    names, the same for all responses; resonances: names and places of lines, by title; every level
+    is shifted up by `SHIFT` of the largest amplitude.  Folds are not marked.
     """
-    figure = Figure(figsize=(COLUMN, 0.3 + 0.75 * COLUMN * len(responses)), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 0.3 + 0.82 * COLUMN * len(responses)), layout="constrained")
     panels = figure.subplots(len(responses), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (title, response) in zip(panels, responses.items()):
         length = _length_unit(response, _total)
@@ -79,10 +83,12 @@ def comparison_figure(
         shift = SHIFT * length[0] * _largest(response, _total)
         _draw(axes, response, _total, length, frequency, ("PD", "NS"), shift)
         axes.set_ylabel(f"amplitude |q| ({length[1]})")
-        axes.set_title(f"{title}; levels shifted by {shift:.2g} {length[1]}")
+        axes.set_title(f"{title}; levels shifted by {shift:.2g} {length[1]}", pad=NAMES_HEIGHT)
+        places = dict(sorted(resonances[title].items(), key=lambda entry: entry[1]))
+        name_lines(axes, list(places.values()), list(places))
         axes.label_outer()
     panels[-1].set_xlabel("drive frequency / f01")
-    _legend(panels[0], response, ("PD", "NS"), levels, 0.1)
+    _legend(panels[0], response, ("PD", "NS"), levels, 0.2)
     if path is not None:
         save(figure, path)
     return figure

@@ -1,5 +1,6 @@
 """Figures 3 and 4: the phenomena that the paper names, in a short form of the demos."""
 
+import subprocess
 import sys
 from math import tau
 from pathlib import Path
@@ -15,6 +16,8 @@ from nanorom.plots import motion as pictures
 
 DEMOS = Path(__file__).parents[2] / "demos"
 LEVEL = 1.6  # gamma by the threshold of f01
+OPENING_TOLERANCE = 1e-4  # the weak direct drive beside it
+ALONE_TOLERANCE = 2e-3  # two harmonics against all
 EDGE_TOLERANCE = 2e-4  # of the tongue: first-order perturbation beside a weak direct drive
 
 
@@ -23,8 +26,9 @@ def demos():
     sys.path.insert(0, str(DEMOS))
     import fig3
     import fig4
+    import phenomena
 
-    yield fig3, fig4
+    yield fig3, fig4, phenomena
     sys.path.remove(str(DEMOS))
 
 
@@ -36,13 +40,16 @@ def directory(tmp_path_factory):
 @pytest.fixture(scope="module")
 def membrane(demos, directory):
     """The drum without bending at one level: its model, response and doubled branch."""
-    fig3, _ = demos
+    fig3, _, phenomena = demos
     responses = fig3.main(
         directory, ladder=(LEVEL,), sweep=("1.95 f1", "2.05 f1"), variants=("membrane",), f03=False
     )
-    model = nanorom.ReducedModel.load(directory / "membrane" / "rom.h5")
+    folder = directory / "membrane"
+    (folder / "rom-f03.h5").symlink_to(folder / "rom.h5")  # eleven modes do, to save time
+    (folder / "response-f03.h5").symlink_to(folder / "response.h5")
+    model = nanorom.ReducedModel.load(folder / "rom.h5")
     (response,) = responses.values()
-    return model, response, fig3.of_first_mode(response.diagrams[0], model)
+    return model, response, phenomena.first_branch(response.diagrams[0], model)
 
 
 def test_period_doubles_where_gamma_exceeds_the_threshold(membrane):
@@ -68,15 +75,77 @@ def test_without_bending_the_branch_locks_to_f21_where_the_paper_has_it(membrane
 
 def test_the_clamped_plate_has_no_lock_below_three_times_f01(demos):
     """With 410 GPa the resonance with f21 moves to 3.35 ... 3.43 f01."""
-    fig3, _ = demos
+    fig3, _, phenomena = demos
     full = fig3.reduced("plate", 11)
     model = full.select(["f01", "f21c", "f02", "f41c"])
     sweep = nanorom.Sweep("1.98 f1", "2.02 f1", tolerance=fig3.TOLERANCE)
     response = nanorom.respond(model, fig3.levels(model, [LEVEL]), sweep, processes=1)
-    branch = fig3.of_first_mode(response.diagrams[0], model)
+    branch = phenomena.first_branch(response.diagrams[0], model)
     assert branch.omega.max() / tau > 3.0 * model.frequency[0]
     below = branch.omega / tau < 3.0 * model.frequency[0]
     assert branch.amplitude[below, 1].max() < 0.05 * branch.amplitude[below, 0].max()
+
+
+def test_every_period_doubling_opens_where_one_mode_alone_would(membrane, demos):
+    """2 k/(Q |J|), found from the curve of period doublings with all eleven modes."""
+    fig3, _, phenomena = demos
+    model = membrane[0]
+    drive = fig3.levels(model, [1.0])
+    for label in ("f01", "f11c"):
+        level, ratio = phenomena.opening(model, drive, label)
+        assert level == pytest.approx(1, abs=OPENING_TOLERANCE)
+        assert ratio == pytest.approx(1, abs=OPENING_TOLERANCE)
+
+
+def test_first_mode_alone_reaches_about_twice_the_level(demos):
+    """Its doubled branch closes where power in and out balance, the third harmonic included."""
+    fig3, _, phenomena = demos
+    model = fig3.reduced("membrane", 1)
+    gamma = phenomena.threshold(model, nanorom.Drive(1.0))[0]
+    for level in (1.2, 1.6):
+        drive = nanorom.Drive(1e-3, level * gamma, parametric_pattern="paper")
+        sweep = nanorom.Sweep("1.95 f1", "2.05 f1", tolerance=fig3.TOLERANCE)
+        response = nanorom.respond(model, drive, sweep, processes=1)
+        found = phenomena.reach(response.diagrams[0], model)
+        assert found.lost == "LP"
+        assert found.first == pytest.approx(phenomena.alone(level), rel=ALONE_TOLERANCE)
+
+
+def test_the_branch_is_stable_up_to_a_special_point_and_held_back(membrane, demos):
+    _, _, phenomena = demos
+    model, response, branch = membrane
+    stretches = phenomena.stable_stretches(response.diagrams[0], branch, model)
+    assert stretches[0].opens == ""
+    assert {s.closes for s in stretches} <= {"LP", "NS", "PD"}
+    for s in stretches:
+        inside = branch.omega / tau / model.frequency[0] > min(s.start, s.stop)
+        assert inside.any()
+    found = phenomena.reach(response.diagrams[0], model)
+    assert found.first < 0.9 * phenomena.alone(LEVEL)
+    assert not found.surged
+
+
+def test_backbones_meet_where_the_physics_says(demos):
+    """3.35 and 3.43 f01 for the plate, 2.57 for the ideal membrane of uniform tension."""
+    fig3, _, phenomena = demos
+    plate = fig3.reduced("plate", 11)
+    meets = [phenomena.internal_resonance(plate, label) for label in ("f21c", "f21s")]
+    assert sorted(meets) == pytest.approx([3.35, 3.43], abs=5e-3)
+    scene = nanorom.Scene.from_toml(fig3.reduced("membrane", 1).scene)
+    ideal = nanorom.reduce(scene.with_(tension=nanorom.Tension.isotropic(0.3), modes=6))
+    assert phenomena.internal_resonance(ideal, "f21c") == pytest.approx(2.57, abs=5e-3)
+
+
+def test_dependence_runs_its_cases_in_short(demos, directory):
+    import dependence
+
+    names = ("pressure, modes 1 4 6 15", "f01 alone")
+    found, meets = dependence.main(directory / "dependence", names)
+    held, free = (found[name][0] for name in names)
+    assert free.first == pytest.approx(demos[2].alone(dependence.LEVELS[0]), rel=ALONE_TOLERANCE)
+    assert held.first < 0.9 * free.first
+    assert np.isfinite(meets[names[0]]) and np.isnan(meets[names[1]])
+    assert (directory / "dependence" / "dependence.png").stat().st_size > 20_000
 
 
 def test_linear_response_peaks_at_the_frequencies_with_height_j_over_c_omega(membrane):
@@ -111,11 +180,7 @@ def test_motion_is_rebuilt_from_the_files_alone(membrane):
 
 
 def test_fig4_draws_everything(membrane, demos, directory, monkeypatch):
-    """With the eleven modes' files in the place of those with f03, to save time."""
-    _, fig4 = demos
-    folder = directory / "membrane"
-    (folder / "rom-f03.h5").symlink_to(folder / "rom.h5")
-    (folder / "response-f03.h5").symlink_to(folder / "response.h5")
+    _, fig4, _ = demos
     monkeypatch.setattr(pictures, "FRAMES", 3)
     model, orbit = fig4.main(directory / "fig4", directory)
     found = {path.name for path in (directory / "fig4").iterdir()}
@@ -124,6 +189,19 @@ def test_fig4_draws_everything(membrane, demos, directory, monkeypatch):
     shares = motion.energy_shares(model, orbit)
     most = {model.number[r] for r in np.argsort(shares)[::-1][:4]}
     assert {1, 4, 6} <= most  # the paper: modes 4 and 6 beside f01 (15 is not among these)
+
+
+def test_films_are_rebuilt_without_finite_elements(membrane, demos, directory):
+    """fig4 in a fresh interpreter, from the files: DOLFINx and its libraries are never loaded."""
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1]); import fig4;"
+        "fig4.main(sys.argv[2], sys.argv[3], frames=False);"
+        "found = {name.split('.')[0] for name in sys.modules};"
+        "assert not found & {'dolfinx', 'petsc4py', 'mpi4py', 'gmsh', 'ufl', 'basix'}, found"
+    )
+    places = [str(DEMOS), str(directory / "again"), str(directory)]
+    subprocess.run([sys.executable, "-c", code, *places], check=True, capture_output=True)
+    assert (directory / "again" / "snapshots.png").exists()
 
 
 def test_motion_needs_shapes(make_model, membrane):

@@ -13,6 +13,8 @@ from nanorom.errors import ModelError
 
 DEMO = Path(__file__).parents[2] / "demos" / "instrument.py"
 ONE_HARMONIC = 2e-3  # third harmonics shift the fold of a single mode by this much
+TONGUE = 1e-3  # first order in 1/Q
+INVERTED = 1e-6  # interpolation along the curve of folds
 COUPLING = 0.03  # what other modes do to the force found from folds
 
 
@@ -70,7 +72,34 @@ def test_modes_without_an_upper_fold_are_refused():
             instrument.force_of_fold(duffing(), "f01", frequency)
 
 
-def test_demo_finds_the_forces_of_the_spot_but_for_the_coupling():
-    ratios = runpy.run_path(str(DEMO))["main"]()
-    for ratio in ratios.values():
-        assert abs(ratio - 1) < COUPLING
+def test_tongue_gives_back_the_parametric_force():
+    """Its edges from the exact condition of one harmonic, (k - m w^2/4)^2 + (c w/2)^2 = (F/2)^2."""
+    model = duffing()
+    k, quality = model.stiffness[0, 0], 180
+    for excess in (1.0, 1.5, 3.0):
+        force = excess * 2 * k / quality
+        square = np.roots([1, 1 / quality**2 - 2, 1 - (force / (2 * k)) ** 2])  # of w/(2 w_1)
+        low, high = np.sort(2 * 20e6 * np.sqrt(square.real))
+        found = instrument.force_of_tongue(model, "f01", low, high)
+        assert found == pytest.approx(force, rel=TONGUE)
+
+
+def test_level_is_found_exactly_where_the_pattern_is_known():
+    model = duffing()
+    drive = nanorom.Drive([100.0, 200.0])
+    response = nanorom.respond(model, drive, nanorom.Sweep("0.95 f1", "1.3 f1"), processes=1)
+    folds = [max(p.omega for p in d.points("LP")) / tau for d in response.diagrams]
+    found = instrument.level_of_fold(model, "f01", folds, model.drive["pressure"])
+    assert found == pytest.approx([100.0, 200.0], rel=INVERTED)
+    with pytest.raises(ModelError, match="no force on mode"):
+        instrument.level_of_fold(model, 1, folds, [0.0])
+
+
+def test_demo_finds_the_forces_of_the_spot(tmp_path):
+    """By one mode alone but for the coupling; exactly with all modes and the pattern."""
+    ratios = runpy.run_path(str(DEMO))["main"](tmp_path, modes=("f01", "f11s"))
+    assert abs(ratios.pop("gamma") - 1) < TONGUE
+    for alone, whole in ratios.values():
+        assert abs(alone - 1) < COUPLING
+        assert abs(whole - 1) < INVERTED
+    assert (tmp_path / "folds.png").stat().st_size > 20_000
