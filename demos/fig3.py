@@ -92,7 +92,7 @@ def main(directory="results/fig3", ladder=LADDER, sweep=RANGE, variants=tuple(VA
             with_f03(full, folder, F03_STEP)
     print_table(columns)
     position = (1.0e-6, 0.6e-6)
-    limits = {title: (0.75 * m.frequency[0], 1.005 * m.frequency[-1]) for title, m in fulls.items()}
+    limits = {t: (0.75 * m.frequency[0], 1.03 * m.frequency[11]) for t, m in fulls.items()}
     linear_figure(fulls, forces, limits, position, directory / "linear.png")
     names = [f"γ = {step:g} γ₁" for step in ladder]
     resonances = {title: names_of_resonances(model) for title, model in models.items()}

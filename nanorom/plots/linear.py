@@ -61,9 +61,16 @@ def linear_figure(
 
 
 def name_lines(axes: Any, places: Sequence[float] | np.ndarray, names: Sequence[str]) -> None:
-    """Draw thin lines at rising places of the x axis, their names upright above the axes."""
+    """Draw thin lines at rising places of the x axis, their names upright above the axes.
+
+    What lies outside the limits of the axis is left out.
+    """
     low, high = axes.get_xlim()
-    where = spread(np.asarray(places), NAMES_APART * (high - low))
+    shown = [(place, name) for place, name in zip(places, names) if low <= place <= high]
+    if not shown:
+        return
+    places, names = zip(*shown)
+    where = spread(np.array(places), NAMES_APART * (high - low))
     style = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": 6}
     for line, place, name in zip(places, where, names):
         axes.axvline(line, color="0.75", linewidth=0.5, zorder=0)

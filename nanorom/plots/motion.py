@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 COLOURS = "RdBu_r"
 SURFACE = "coolwarm"  # no white in the middle: a flat film must be seen
 LEVELS = 30  # an even number: white is centred on 0
-FRAMES = 48  # of an animation, over one period
-FRAME_TIME = 80  # milliseconds
+FRAMES = 32  # of an animation, over one period
+FRAME_TIME = 100  # milliseconds
 SCREEN = 100  # dots per inch of an animation
 
 

@@ -83,12 +83,13 @@ def comparison_figure(
         shift = SHIFT * length[0] * _largest(response, _total)
         _draw(axes, response, _total, length, frequency, ("PD", "NS"), shift)
         axes.set_ylabel(f"amplitude |q| ({length[1]})")
-        axes.set_title(f"{title}; levels shifted by {shift:.2g} {length[1]}", pad=NAMES_HEIGHT)
+        note = f"levels shifted by {shift:.2g} {length[1]}"
+        axes.set_title(f"{title}; {note}", pad=1.25 * NAMES_HEIGHT)
         places = dict(sorted(resonances[title].items(), key=lambda entry: entry[1]))
         name_lines(axes, list(places.values()), list(places))
         axes.label_outer()
     panels[-1].set_xlabel("drive frequency / f01")
-    _legend(panels[0], response, ("PD", "NS"), levels, 0.2)
+    _legend(panels[0], response, ("PD", "NS"), levels, 0.24)
     if path is not None:
         save(figure, path)
     return figure

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+from PIL import Image
 
 from nanorom.files import atomic_path
 
@@ -71,3 +72,13 @@ def save(figure: Figure, path: str | Path) -> None:
     """Write the picture, whole or not at all, in the format of its suffix; raises FileError."""
     with atomic_path(path) as temporary, rc_context(SETTINGS):
         figure.savefig(temporary, dpi=RESOLUTION)
+        if Path(path).suffix.lower() == ".png":
+            _with_palette(temporary)
+
+
+def _with_palette(path: Path) -> None:
+    """Store a picture in 256 colours: to the eye the same, in a third of the bytes."""
+    with Image.open(path) as image:
+        reduced = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+        dpi = image.info["dpi"]
+    reduced.save(path, format="png", optimize=True, dpi=dpi)
