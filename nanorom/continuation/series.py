@@ -99,6 +99,8 @@ class SeriesExpansion:
         cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(len(v0), -1, size)
         if balance.has_loss:
             self._store_friction(0)
+        first, second = balance.pairs
+        factors_at_v0 = v0[:, first], v0[:, second]
         rhs = np.zeros(basis.size + 1)
         for k in range(1, order + 1):
             rhs[-1] = 1.0 if k == 1 else 0.0
@@ -113,7 +115,7 @@ class SeriesExpansion:
             squares[k] += 2.0 * rate * rates[k]
             if k < order:
                 self._store(k, basis.unpack(packed[k]))
-                self._complete(k, pairs, v0)
+                self._complete(k, pairs, factors_at_v0)
                 if balance.has_loss:
                     self._store_friction(k)
         return packed, rates
@@ -171,13 +173,16 @@ class SeriesExpansion:
         known += slope @ balance.damping_t
         return np.asarray(known)
 
-    def _complete(self, k: int, pairs: Array | None, v0: Array) -> None:
-        """Secant matrices (and losses) of order k, now that the unknowns of order k are there."""
+    def _complete(self, k: int, pairs: Array | None, v0: tuple[Array, Array]) -> None:
+        """Secant matrices (and losses) of order k, now that the unknowns of order k are there.
+
+        v0 : the first and the second factor of every pair at order 0.
+        """
         balance = self.balance
         v = self.forward[:, k]
         first, second = balance.pairs
-        total = v0[:, first] * v[:, second]
-        total += v0[:, second] * v[:, first]
+        total = v0[0] * v[:, second]
+        total += v0[1] * v[:, first]
         if pairs is not None:
             total += pairs
         np.matmul(total, balance.cubic, out=self.secants[:, k])

@@ -78,7 +78,7 @@ class Detector:
         self.maps = np.empty((0, size, size))
         self.eigenvalues = np.empty((0, size), dtype=complex)
         self.kinds = ("flip", "unit", "torus") if path.tracer.system.size > 1 else ("flip", "unit")
-        self._between: dict[tuple[float, float], Array] = {}
+        self._between: dict[tuple[float, float], tuple[Array, Array]] = {}
         self._left_out: dict[tuple[float, ...], float] = {}
         self._insert(path.initial_places())
 
@@ -142,8 +142,7 @@ class Detector:
 
     def _suspicious(self) -> list[Place]:
         """Points next to sign changes and dips of the interpolated test functions."""
-        samples, eigenvalues = self._interpolated()
-        slopes = np.array([self.path.rate_slope(self.path.place(position)) for position in samples])
+        samples, eigenvalues, slopes = self._interpolated()
         exact = np.isin(samples, self.positions)
         wanted: list[float] = []
         for kind in self.kinds:
@@ -164,8 +163,10 @@ class Detector:
                         wanted.append(vertex)
         return [self.path.place(position) for position in wanted]
 
-    def _interpolated(self) -> tuple[Array, Array]:
-        """Positions and eigenvalues at the points and at interpolated places between them."""
+    def _interpolated(self) -> tuple[Array, Array, Array]:
+        """Positions, eigenvalues and slopes of the rate at the points and at interpolated places
+        between them.
+        """
         s = self.positions
         fractions = np.arange(1, SAMPLES) / SAMPLES
         fresh = [i for i in range(len(s) - 1) if (s[i], s[i + 1]) not in self._between]
@@ -176,13 +177,18 @@ class Detector:
                 weights = _lagrange(s[near], s[i] + (s[i + 1] - s[i]) * fractions)
                 maps.append(np.tensordot(weights, self.maps[near], axes=1))
             values = np.linalg.eigvals(np.concatenate(maps)).reshape(len(fresh), len(fractions), -1)
-            self._between.update({(s[i], s[i + 1]): value for i, value in zip(fresh, values)})
+            for i, value in zip(fresh, values):
+                inner = s[i] + (s[i + 1] - s[i]) * fractions
+                slopes = [self.path.rate_slope(self.path.place(position)) for position in inner]
+                self._between[s[i], s[i + 1]] = value, np.array(slopes)
         between = [self._between[pair] for pair in zip(s[:-1], s[1:])]
-        eigenvalues = np.concatenate([self.eigenvalues, *between])
+        eigenvalues = np.concatenate([self.eigenvalues, *(values for values, _ in between)])
+        slopes_here = [self.path.rate_slope(place) for place in self.places]
+        all_slopes = np.concatenate([slopes_here, *(slopes for _, slopes in between)])
         places = s[:-1, None] + (s[1:] - s[:-1])[:, None] * fractions
         positions = np.concatenate([s, places.ravel()])
         order = np.argsort(positions, kind="stable")
-        return positions[order], eigenvalues[order]
+        return positions[order], eigenvalues[order], all_slopes[order]
 
     def _folds(self) -> list[Detected]:
         found = []

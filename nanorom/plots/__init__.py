@@ -1,5 +1,6 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
+from nanorom.plots.diagram import diagram_figure, motion_figure
 from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
@@ -9,9 +10,11 @@ from nanorom.plots.response import amplitude_panels, comparison_figure, response
 __all__ = [
     "amplitude_panels",
     "comparison_figure",
+    "diagram_figure",
     "linear_figure",
     "load_curve",
     "mode_gallery",
+    "motion_figure",
     "resonance_figure",
     "response_figure",
 ]

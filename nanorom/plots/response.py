@@ -166,12 +166,12 @@ def _draw(
     for place, (colour, diagram) in reversed([*enumerate(levels)]):
         for number, branch in enumerate(diagram.branches):
             located = [point for point in diagram.special_points if point.branch == number]
-            for curve in _stretches(branch, located):
+            for curve in stretches(branch, located):
                 axes.plot(
                     curve.omega * frequency[0],
                     measure(curve.amplitude) * length[0] + place * shift,
                     color=colour,
-                    **_line(curve.stable),
+                    **line_style(curve.stable),
                 )
         for point in (p for p in diagram.special_points if p.type in kinds):
             axes.plot(
@@ -179,7 +179,7 @@ def _draw(
                 measure(point.amplitude) * length[0] + place * shift,
                 color=colour,
                 zorder=3,
-                **_marker(point.type),
+                **marker_style(point.type),
             )
     start, stop = response.sweep.hertz(float(response.frequency[0]))
     scale = 2 * np.pi * frequency[0]
@@ -191,7 +191,7 @@ def _draw(
         axes.spines[side].set_visible(False)
 
 
-def _stretches(branch: Any, located: list[Any]) -> Iterator[Curve]:
+def stretches(branch: Any, located: list[Any]) -> Iterator[Curve]:
     """Cut a branch where its stability changes; the unstable side closes the gap."""
     omega, amplitude, stable = _with_located(branch, located)
     omega, amplitude, position = _smooth(omega, amplitude)
@@ -273,7 +273,7 @@ def _legend(
     ]
     if any(not np.all(b.stable) for d in response.diagrams for b in d.branches):
         handles.append(Line2D([], [], color=NEUTRAL, label="stable"))
-        handles.append(Line2D([], [], **_line(False), color=NEUTRAL, label="unstable"))
+        handles.append(Line2D([], [], **line_style(False), color=NEUTRAL, label="unstable"))
     start, stop = (2 * np.pi * f for f in response.sweep.hertz(float(response.frequency[0])))
     found = {
         point.type
@@ -283,7 +283,7 @@ def _legend(
     }
     for kind in MARKERS:
         if kind in found and kind in kinds:
-            style = {**_marker(kind), "color": NEUTRAL, "linestyle": "none"}
+            style = {**marker_style(kind), "color": NEUTRAL, "linestyle": "none"}
             handles.append(Line2D([], [], **style, label=SPECIAL_POINTS[kind]))
     axes.legend(
         handles=handles,
@@ -296,11 +296,11 @@ def _legend(
     )
 
 
-def _line(stable: bool) -> dict[str, Any]:
+def line_style(stable: bool) -> dict[str, Any]:
     return {"linestyle": "-" if stable else UNSTABLE, "linewidth": 1.1 if stable else 0.8}
 
 
-def _marker(kind: str) -> dict[str, Any]:
+def marker_style(kind: str) -> dict[str, Any]:
     return {
         "marker": MARKERS[kind],
         "markerfacecolor": "white",
