@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from nanorom.continuation import (
+    PeriodicOrbit,
     backbone,
     explore,
     explore_levels,
@@ -170,6 +171,26 @@ def test_branch_out_of_reach_is_found_from_an_orbit_on_it() -> None:
     assert len(seeded.branches) == 3
     assert sum(not branch.stable.any() for branch in seeded.branches) == 1
     assert all(branch.ending == "range" for branch in seeded.branches)
+
+
+def test_subharmonic_resonance_of_order_three_is_reached_from_a_guess() -> None:
+    """Period 3T: harmonic balance with a cos(wt/3 + phase) and F/(1 - w^2) cos(wt) starts it."""
+    system, drive, omega = duffing(100.0), 6.0, 4.0
+    guesses = []
+    for amplitude in (0.5, 0.8):
+        for phase in (0.0, 1.4, 2.8):
+            coefficients = np.zeros((7, 1))
+            coefficients[1:3, 0] = amplitude * np.array([np.cos(phase), np.sin(phase)])
+            coefficients[5] = drive / (1 - omega**2)
+            guesses.append(PeriodicOrbit(coefficients, omega, 3))
+    diagram = explore(system, (3.0, 6.0), direct=drive, seeds=guesses)
+    (branch,) = (b for b in diagram.branches if b.period_multiple == 3)
+    assert branch.stable.any() and not branch.stable.all()
+    (fold,) = diagram.points("LP")  # where it begins, far from all other branches
+    assert fold.period_multiple == 3 and fold.omega == pytest.approx(branch.omega.min(), rel=1e-3)
+    for index in range(0, len(branch), 15):
+        orbit = branch.orbit(index)
+        assert np.abs(_integrate(system, orbit, drive, 0.0) - _state(orbit)).max() < 1e-8
 
 
 def test_rest_is_a_branch_when_only_the_stiffness_is_driven() -> None:

@@ -17,10 +17,8 @@ FREQUENCY_TOLERANCE = 1e-6  # the default of scenes
 PAPER_F01 = 21.15119357e6  # Hz; spectral solution of the paper's drum, no finite elements
 
 
-def block(language: str) -> str:
-    found = re.findall(rf"^```{language}\n(.*?)^```", README, re.DOTALL | re.MULTILINE)
-    assert len(found) == 1
-    return found[0]
+def block(language: str, number: int = 0) -> str:
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.DOTALL | re.MULTILINE)[number]
 
 
 def test_ten_lines_of_python_do_the_whole_job(tmp_path, monkeypatch):
@@ -31,6 +29,14 @@ def test_ten_lines_of_python_do_the_whole_job(tmp_path, monkeypatch):
     assert names["model"].frequency[0] == pytest.approx(PAPER_F01, rel=FREQUENCY_TOLERANCE)
     assert len(names["response"].diagrams[-1].points("LP")) == 2
     assert len([line for line in block("python").splitlines() if line.strip()]) == 10
+
+
+def test_continuation_needs_no_film(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block("python", 1), "README.md", "exec"), {})
+    assert [path.name for path in tmp_path.iterdir()] == ["diagram.png"]
+    told = capsys.readouterr().out
+    assert told.startswith("3 branches") and "LP" in told and "PD" in told
 
 
 def test_scene_is_that_of_the_drum_demo():
