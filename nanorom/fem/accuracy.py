@@ -9,6 +9,8 @@ exact solutions of discs, squares and strings (``nanorom bench --accuracy``).
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import attrs
 import basix
 import numpy as np
@@ -18,17 +20,22 @@ from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
 ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
-SHAPE_FACTOR = 1.5  # from the extrapolated tail of the shapes to the error of the cubic tensor
+POINTWISE = 4.0  # from the extrapolated tail of a shape to its error at the peak
+AVERAGES = 200.0  # from the error of frequencies to that of integrals over shapes
+IN_PLANE = 3.0  # from the extrapolated tail of the in-plane displacement to its error
 BACK = 2  # degrees between the two tails that are compared
 
 
 @attrs.frozen(eq=False)
 class ModeErrors:
-    """Estimated relative errors (n,) of modes: frequency, its part from rounding, shape in L2."""
+    """Estimated relative errors (n,) of modes: frequency, its part from rounding, and the scale.
+
+    scale: of the value at the peak, to which shapes are scaled.
+    """
 
     frequency: np.ndarray
     rounding: np.ndarray
-    shape: np.ndarray
+    scale: np.ndarray
 
 
 def of_modes(modes: Modes) -> ModeErrors:
@@ -55,8 +62,8 @@ def of_modes(modes: Modes) -> ModeErrors:
     # of the curvature at a point, not of the matrix's entries, which are its squares
     rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / total_energy)
     discretisation = 0.5 * extrapolated(totals[1], totals[0]) / total_energy
-    shape = np.sqrt(extrapolated(totals[3], totals[2]) / square)
-    return ModeErrors(discretisation + rounding, rounding, shape)
+    scale = POINTWISE * np.sqrt(extrapolated(totals[3], totals[2]) / square)
+    return ModeErrors(discretisation + rounding, rounding, scale)
 
 
 def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
@@ -65,8 +72,10 @@ def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
     in_plane : estimated error of the condensed in-plane energy, relative to its largest entry.
     """
     own = np.abs(np.einsum("iiii->i", cubic))
-    shape = 4 * np.max(modes.shape * own) / np.abs(cubic).max()
-    return float(SHAPE_FACTOR * max(shape, in_plane) + 4 * modes.rounding.max())
+    scale = 4 * np.max(modes.scale * own) / np.abs(cubic).max()
+    # averages of a shape converge like its frequency
+    shape = AVERAGES * np.max(modes.frequency - modes.rounding)
+    return float(scale + shape + IN_PLANE * in_plane + modes.rounding.max())
 
 
 def in_plane_tails(plate: Plate, displacements: np.ndarray) -> np.ndarray:
@@ -97,6 +106,7 @@ def _tail_degrees(degree: int) -> tuple[int, int]:
     return max(degree - 1 - BACK, 0), degree - 1
 
 
+@lru_cache(maxsize=16)
 def _tail_projection(degree: int, kept: int) -> np.ndarray:
     """Matrix (n, n) from nodal values to those of the part beyond degree ``kept``."""
     nodes = np.asarray(compat.reference_element(degree).points)

@@ -11,6 +11,7 @@ import logging
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 import basix
@@ -31,6 +32,7 @@ _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
 
 
+@lru_cache(maxsize=32)
 def reference_element(degree: int, equispaced: bool = False) -> Any:
     """Basix Lagrange triangle of a degree, to tabulate and to place nodes.
 

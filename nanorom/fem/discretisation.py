@@ -19,9 +19,10 @@ from nanorom.film import Kind, Spring
 from nanorom.scene import Accuracy, Disc, MeshFile, Rectangle, Scene, String
 
 DEGREE = 8
-CALIBRATION = (1.6, 1e-7, 8.3)  # wavenumber x size, estimated error, rate: drum, degree 8
+CALIBRATION = (2.0, 3.5e-8, 14.0)  # wavenumber x size, estimated error, rate: drum, degree 8
 COARSEST = 0.8  # of the film's half width
-GROWTH = 1.5  # cells per quadrant that each ring of a drum has more than the last
+GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
+OUTERMOST = 1.2  # of the layer: width of a drum's outermost ring
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
@@ -109,7 +110,7 @@ def _disc(
     """Drum of radius 1 in rings of equal width, then of widths that shrink to the layer."""
     shrinking = np.empty(0)
     if tolerance is not None:
-        shrinking = _shrinking(size, 1.5 * layer, _layer_ratio(tolerance))
+        shrinking = _shrinking(size, OUTERMOST * layer, _layer_ratio(tolerance))
     inner = 1 - shrinking.sum()
     n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
     widths = np.concatenate([np.full(n_inner, inner / n_inner), shrinking])
@@ -129,7 +130,7 @@ def _disc(
         scale = np.interp(radius, uniform, radii) / np.where(radius > 0, radius, 1.0)
         return points * scale[:, None]
 
-    grading = Grading(move, polar=inner)
+    grading = Grading(move, polar=min(inner, radii[-2]))
     return Discretisation(MESHES / "drum.geo", parameters, degree, order, grading, mirrors)
 
 
@@ -140,7 +141,7 @@ def _layer_ratio(tolerance: float) -> float:
 
 def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
     """Widths that fall from below ``size`` to about ``smallest``, each by a ratio."""
-    if smallest <= 0 or smallest >= size / 2:
+    if smallest <= 0 or smallest >= size:
         return np.empty(0)
     count = int(np.ceil(np.log(size / smallest) / np.log(ratio)))
     return size * (smallest / size) ** (np.arange(1, count + 1) / count)

@@ -244,7 +244,7 @@ def solve(
             raise SolverError(buckling.told(plate, scene.tension)) from error
         modes, names = labels.name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
-        modes = normalise(modes.take(selected))
+        modes, errors = normalise(modes.take(selected))
     with watch.stage("tensors"):
         stretching = np.zeros((len(selected),) * 2)
         if plate.shape is None and plate.attraction is None:
@@ -254,7 +254,6 @@ def solve(
                 scene, scales, units, modes, watch, journal
             )
     with watch.stage("errors"):
-        errors = accuracy.of_modes(modes)
         diagnostics |= {
             "error_frequency": float(errors.frequency.max()),
             "error_frequencies": errors.frequency,

@@ -5,7 +5,7 @@ Tensors can be compared between two runs, two meshes and two rank counts only af
 
 * within a cluster of equal frequencies, shapes are those that a slightly larger tension along x
   would select, and where it selects none, those even or odd about the x axis;
-* max|phi| = 1 for the true maximum of the finite-element function, not its largest node;
+* max|phi| = 1 for the true maximum, not the largest node;
 * phi > 0 where |phi| is largest; of several such points, the one of smallest angle from +x.
 """
 
@@ -15,13 +15,15 @@ import attrs
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.fem import compat, quadrature
+from nanorom.fem import accuracy, compat, peaks, quadrature
+from nanorom.fem.accuracy import ModeErrors
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
-from nanorom.fem.symmetry import AXES
+from nanorom.fem.symmetry import AXES, line
 
 SPLIT = 1e-3  # of the anisotropy (between -1 and 1), below which it does not decide
 TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decides
+SAME = 1e-6  # extrema closer than this (relative) are equal to symmetry
 ANGLE_TIE = 0.02  # radians below the +x axis that still count as on it
 CENTRE = 1e-3  # of the film's half width: points nearer to its centre have no angle
 NEWTON_STEPS = 8
@@ -96,14 +98,28 @@ def extent(plate: Plate) -> tuple[np.ndarray, float]:
 # -- scale and sign -------------------------------------------------------------------------------
 
 
-def normalise(modes: Modes) -> Modes:
-    """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective."""
-    peaks = _peaks(modes.plate, modes.shapes)
-    return attrs.evolve(modes, shapes=modes.shapes / peaks)
+def normalise(modes: Modes) -> tuple[Modes, ModeErrors]:
+    """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective.
+
+    Also estimates the errors of the modes, that of their scale among them.
+    """
+    values, places, inside = _peaks(modes.plate, modes.shapes)
+    errors = accuracy.of_modes(modes)
+    scale = errors.scale
+    if peaks.is_homogeneous(modes.plate):
+        fitted, deviation = peaks.fitted(modes, places, inside)
+        deviation /= np.abs(values)
+        better = deviation < scale
+        values = np.where(better, np.copysign(fitted, values), values)
+        scale = np.where(better, deviation, scale)
+    return attrs.evolve(modes, shapes=modes.shapes / values), attrs.evolve(errors, scale=scale)
 
 
-def _peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
-    """Signed value (n,) of every shape at its largest |phi| of smallest angle from +x."""
+def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Largest |phi| (n,) of every shape, signed, its place (n, 2), and how far inside it is (n,).
+
+    The sign is that at the largest |phi| of smallest angle from +x.
+    """
     mode, point, value = _extrema(plate, shapes)
     gathered = plate.domain.comm.allgather((mode, point, value))
     mode, point, value = (np.concatenate(parts) for parts in zip(*gathered))
@@ -112,16 +128,30 @@ def _peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
     angle = np.mod(np.arctan2(away[:, 1], away[:, 0]) + ANGLE_TIE, 2 * np.pi)
     distance = np.linalg.norm(away, axis=1)
     angle[distance < CENTRE * radius] = 0.0
-    peaks = np.empty(shapes.shape[1])
-    for i in range(len(peaks)):
-        mine = mode == i
-        largest = np.abs(value[mine]).max()
-        tied = np.abs(value[mine]) > (1 - TIE) * largest
-        # on one ray from the centre, the nearest
-        order = np.lexsort((distance[mine][tied], np.rint(angle[mine][tied] / ANGLE_TIE)))
-        first = order[0]
-        peaks[i] = largest * np.sign(value[mine][tied][first])
-    return peaks
+    values, places = np.empty(shapes.shape[1]), np.empty((shapes.shape[1], 2))
+    for i in range(len(values)):
+        size = np.where(mode == i, np.abs(value), 0.0)
+
+        def first(tie: float, size: np.ndarray = size) -> int:
+            tied = np.flatnonzero(size > (1 - tie) * size.max())
+            # on one ray from the centre, the nearest
+            order = np.lexsort((distance[tied], np.rint(angle[tied] / ANGLE_TIE)))
+            return int(tied[order[0]])
+
+        values[i] = size.max() * np.sign(value[first(TIE)])
+        places[i] = point[first(SAME)]
+    return values, places, _inside(plate, places)
+
+
+def _inside(plate: Plate, places: np.ndarray) -> np.ndarray:
+    """Distance (n,) of points (n, 2) from the nearest node of the film's edge. Collective."""
+    surface = plate.domain.mesh
+    mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
+    edge = np.setdiff1d(compat.exterior_facets(surface), mirrors)
+    nodes = surface.geometry.x[np.unique(compat.facet_vertices(surface, edge)), :2]
+    nodes, _ = plate.mirrors.unfold(nodes, np.empty((0, len(nodes))), [])
+    nodes = np.concatenate(plate.domain.comm.allgather(nodes))
+    return np.linalg.norm(places[:, None] - nodes, axis=2).min(axis=1)
 
 
 def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

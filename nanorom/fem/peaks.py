@@ -1,0 +1,120 @@
+"""The value of a mode at its peak, more accurate than the finite-element function's own.
+
+At a point a finite-element function of degree k is right to order k + 1, its smooth averages to
+order 2 k: what remains of a tensor's error is that of the peaks by which shapes are scaled.  In a
+flat film of constant tension every mode solves
+
+    D lap lap phi - T_x phi_xx - T_y phi_yy = lambda phi,
+
+of which plane and evanescent waves exp(i k d.x) are exact solutions for every direction d,
+with D k^4 + T(d) k^2 = lambda and T(d) = T_x d_x^2 + T_y d_y^2.  Waves fitted to the mode by
+weighted least squares on a disc about the peak average the error away, and their value is the
+peak's (an extraction in the sense of Babuska and Miller 1984, doi:10.1002/nme.1620200610; plane
+waves as local solutions: Trefftz 1926).  Two discs give an estimate of the error.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nanorom.fem import quadrature
+from nanorom.fem.modes import Modes
+from nanorom.fem.plate import Plate
+
+DIRECTIONS = 14  # of the waves, over half a turn
+REACH = 3.5  # largest wavenumber x radius that so many directions represent to 1e-9
+SMALLER = 0.7  # radius of the second disc
+STEEPEST = 8.0  # largest decay rate x radius at which evanescent waves are fitted
+CLEAR = 6.0  # decay lengths off the edge beyond which they need not be
+SMOOTHNESS = 3  # exponent of the weight (1 - r^2/radius^2)
+CUTOFF = 1e-13  # of singular values
+
+
+def is_homogeneous(plate: Plate) -> bool:
+    """Whether the film obeys the one equation everywhere: flat, with a constant tension."""
+    return plate.shape is None and plate.attraction is None and plate.prestress is None
+
+
+def fitted(
+    modes: Modes, centres: np.ndarray, inside: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n,) of the shapes at points (n, 2), and their estimated errors. Collective.
+
+    inside: (n,) distances of the points from the film's edge.
+    """
+    radii = np.array([_radius(modes, i, distance) for i, distance in enumerate(inside)])
+    values = np.stack([_values(modes, centres, share * radii) for share in (1.0, SMALLER)])
+    return values[0], np.abs(values[0] - values[1])
+
+
+def _wavenumbers(modes: Modes, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions (m, 2), wavenumbers and decay rates (m,) of a mode's waves."""
+    plate, eigenvalue = modes.plate, modes.eigenvalues[i]
+    angle = np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    direction = np.column_stack([np.cos(angle), np.sin(angle)])
+    tension = direction**2 @ [float(plate.tension_x.value), float(plate.tension_y.value)]
+    bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
+    root = np.sqrt(tension**2 + 4 * bending * eigenvalue)
+    with np.errstate(divide="ignore"):
+        waves = np.sqrt(2 * eigenvalue / (tension + root))
+        decays = np.sqrt((tension + root) / np.array(2 * bending))
+    return direction, waves, decays
+
+
+def _radius(modes: Modes, i: int, inside: float) -> float:
+    """Radius of the disc for a mode: as large as its waves allow."""
+    _, waves, decays = _wavenumbers(modes, i)
+    radius = REACH / waves.min()
+    if decays.max() * radius > STEEPEST:
+        # clear of the edge and of the layer in which the film bends there, or so small that the
+        # evanescent waves are those of the layer
+        clear = inside - CLEAR / decays.min()
+        radius = min(radius, max(clear, STEEPEST / decays.max()))
+    return float(max(radius, np.finfo(float).tiny))
+
+
+def _values(modes: Modes, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """Values (n,) at the centres of the waves fitted to the shapes on discs. Collective.
+
+    Not a number where a disc holds too few points.  The triangular factors of every chunk of
+    cells and of every rank are stacked: no normal equations.
+    """
+    plate, n_modes = modes.plate, len(radii)
+    factors: list[list[np.ndarray]] = [[] for _ in range(n_modes)]
+    samples = np.zeros(n_modes)
+    for field in quadrature.fields(plate, columns=4 * n_modes):
+        values = field.value(modes.shapes).reshape(-1, n_modes).T
+        points, values = plate.mirrors.unfold(field.points.reshape(-1, 2), values, modes.parities)
+        weights = np.tile(field.weights.ravel(), plate.mirrors.copies)
+        for i, (centre, radius) in enumerate(zip(centres, radii)):
+            away = points - centre
+            ratio = np.einsum("nd,nd->n", away, away) / radius**2
+            near = ratio < 1
+            samples[i] += near.sum()
+            root = np.sqrt(weights[near] * (1 - ratio[near]) ** SMOOTHNESS)[:, None]
+            columns = np.column_stack([_waves(modes, i, away[near], radius), values[i, near]])
+            factors[i].append(np.asarray(np.linalg.qr(root * columns, mode="r")))
+    comm = plate.domain.comm
+    samples = comm.allreduce(samples)
+    found = np.full(n_modes, np.nan)
+    for i, parts in enumerate(factors):
+        stacked = np.concatenate([part for parts in comm.allgather(parts) for part in parts])
+        weighted, shape = stacked[:, :-1], stacked[:, -1]
+        if samples[i] > 2 * weighted.shape[1]:
+            amplitudes = np.linalg.lstsq(weighted, shape, rcond=CUTOFF)[0]
+            found[i] = (_waves(modes, i, np.zeros((1, 2)), radii[i]) @ amplitudes)[0]
+    return found
+
+
+def _waves(modes: Modes, i: int, points: np.ndarray, radius: float) -> np.ndarray:
+    """Waves (m, w) at points (m, 2) about the centre, at most about 1 in size on the disc."""
+    direction, waves, decays = _wavenumbers(modes, i)
+    straight = waves * radius < 2 * REACH  # no waves much shorter than the others
+    phase = points @ (direction * waves[:, None])[straight].T
+    columns = [np.cos(phase), np.sin(phase)]
+    mild = decays * radius < STEEPEST
+    if mild.any():
+        rise = points @ (direction * decays[:, None])[mild].T
+        largest = np.cosh(decays[mild] * radius)
+        columns += [np.cosh(rise) / largest, np.sinh(rise) / largest]
+    return np.hstack(columns)
