@@ -37,14 +37,17 @@ def is_homogeneous(plate: Plate) -> bool:
 
 def fitted(
     modes: Modes, centres: np.ndarray, inside: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n,) of the shapes at points (n, 2), and their estimated errors. Collective.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values of the shapes at points (n, 2), their estimated errors, and misfits. Collective.
 
-    inside: (n,) distances of the points from the film's edge.
+    inside: (n,) distances of the points from the film's edge.  The misfit is the relative root
+    mean square of what the waves leave of the shape: more than the error of the shape itself
+    shows that it does not solve their equation.
     """
     radii = np.array([_radius(modes, i, distance) for i, distance in enumerate(inside)])
-    values = np.stack([_values(modes, centres, share * radii) for share in (1.0, SMALLER)])
-    return values[0], np.abs(values[0] - values[1])
+    values, misfits = _values(modes, centres, radii)
+    smaller, _ = _values(modes, centres, SMALLER * radii)
+    return values, np.abs(values - smaller), misfits
 
 
 def _wavenumbers(modes: Modes, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -73,8 +76,10 @@ def _radius(modes: Modes, i: int, inside: float) -> float:
     return float(max(radius, np.finfo(float).tiny))
 
 
-def _values(modes: Modes, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Values (n,) at the centres of the waves fitted to the shapes on discs. Collective.
+def _values(
+    modes: Modes, centres: np.ndarray, radii: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n,) at the centres of waves fitted to the shapes on discs, misfits. Collective.
 
     Not a number where a disc holds too few points.  The triangular factors of every chunk of
     cells and of every rank are stacked: no normal equations.
@@ -96,14 +101,16 @@ def _values(modes: Modes, centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
             factors[i].append(np.asarray(np.linalg.qr(root * columns, mode="r")))
     comm = plate.domain.comm
     samples = comm.allreduce(samples)
-    found = np.full(n_modes, np.nan)
+    found, misfit = np.full((2, n_modes), np.nan)
     for i, parts in enumerate(factors):
         stacked = np.concatenate([part for parts in comm.allgather(parts) for part in parts])
         weighted, shape = stacked[:, :-1], stacked[:, -1]
         if samples[i] > 2 * weighted.shape[1]:
             amplitudes = np.linalg.lstsq(weighted, shape, rcond=CUTOFF)[0]
             found[i] = (_waves(modes, i, np.zeros((1, 2)), radii[i]) @ amplitudes)[0]
-    return found
+            left = np.linalg.norm(weighted @ amplitudes - shape)
+            misfit[i] = left / np.linalg.norm(shape)
+    return found, misfit
 
 
 def _waves(modes: Modes, i: int, points: np.ndarray, radius: float) -> np.ndarray:

@@ -22,7 +22,7 @@ from nanorom.fem import algebra, compat
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity
 
-POLISHED = 1e-12  # relative change of a shape below which it is not corrected again
+POLISHED = 1e-10  # relative change of a shape below which it is not corrected again
 MOST_CORRECTIONS = 8
 Columns = Callable[[np.ndarray], np.ndarray]  # (owned rows, m) -> (owned rows, m)
 
