@@ -92,7 +92,7 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     clock = _Clock()
     modes = eigen.solve(plate, 11)
     modes, _ = labels.name(case.scene, modes)
-    modes, _ = normalise(modes.take(np.arange(11)))
+    modes = normalise(modes.take(np.arange(11)))
     modal = clock.lap()
     stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
     assembly = clock.lap()

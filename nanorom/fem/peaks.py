@@ -15,6 +15,7 @@ waves as local solutions: Trefftz 1926).  Two discs give an estimate of the erro
 
 from __future__ import annotations
 
+import basix
 import numpy as np
 
 from nanorom.fem import quadrature
@@ -28,6 +29,7 @@ STEEPEST = 8.0  # largest decay rate x radius at which evanescent waves are fitt
 CLEAR = 6.0  # decay lengths off the edge beyond which they need not be
 SMOOTHNESS = 3  # exponent of the weight (1 - r^2/radius^2)
 CUTOFF = 1e-13  # of singular values
+WAVE_DEGREE = 6  # of the polynomial that is as good as a wave within a cell
 
 
 def is_homogeneous(plate: Plate) -> bool:
@@ -45,9 +47,8 @@ def fitted(
     shows that it does not solve their equation.
     """
     radii = np.array([_radius(modes, i, distance) for i, distance in enumerate(inside)])
-    values, misfits = _values(modes, centres, radii)
-    smaller, _ = _values(modes, centres, SMALLER * radii)
-    return values, np.abs(values - smaller), misfits
+    values, misfits = _values(modes, centres, radii, (1.0, SMALLER))
+    return values[0], np.abs(values[0] - values[1]), misfits[0]
 
 
 def _wavenumbers(modes: Modes, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -77,17 +78,20 @@ def _radius(modes: Modes, i: int, inside: float) -> float:
 
 
 def _values(
-    modes: Modes, centres: np.ndarray, radii: np.ndarray
+    modes: Modes, centres: np.ndarray, radii: np.ndarray, shares: tuple[float, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n,) at the centres of waves fitted to the shapes on discs, misfits. Collective.
+    """Values (s, n) at the centres of waves fitted to the shapes on discs, and misfits.
 
-    Not a number where a disc holds too few points.  The triangular factors of every chunk of
-    cells and of every rank are stacked: no normal equations.
+    Discs have shares (s,) of the radii.  Not a number where one holds too few points.  The
+    triangular factors of every chunk of cells and of every rank are stacked: no normal equations.
+    Collective.
     """
     plate, n_modes = modes.plate, len(radii)
-    factors: list[list[np.ndarray]] = [[] for _ in range(n_modes)]
-    samples = np.zeros(n_modes)
-    for field in quadrature.fields(plate, columns=4 * n_modes):
+    factors: dict[tuple[int, int], list[np.ndarray]] = {
+        (disc, i): [] for disc in range(len(shares)) for i in range(n_modes)
+    }
+    samples = np.zeros((len(shares), n_modes))
+    for field in quadrature.fields_at(plate, *_rule(plate), columns=4 * n_modes):
         values = field.value(modes.shapes).reshape(-1, n_modes).T
         points, values = plate.mirrors.unfold(field.points.reshape(-1, 2), values, modes.parities)
         weights = np.tile(field.weights.ravel(), plate.mirrors.copies)
@@ -95,22 +99,31 @@ def _values(
             away = points - centre
             ratio = np.einsum("nd,nd->n", away, away) / radius**2
             near = ratio < 1
-            samples[i] += near.sum()
-            root = np.sqrt(weights[near] * (1 - ratio[near]) ** SMOOTHNESS)[:, None]
             columns = np.column_stack([_waves(modes, i, away[near], radius), values[i, near]])
-            factors[i].append(np.asarray(np.linalg.qr(root * columns, mode="r")))
+            for disc, share in enumerate(shares):
+                weight = weights[near] * np.maximum(1 - ratio[near] / share**2, 0.0) ** SMOOTHNESS
+                inner = weight > 0
+                samples[disc, i] += inner.sum()
+                rows = np.sqrt(weight[inner])[:, None] * columns[inner]
+                factors[disc, i].append(np.asarray(np.linalg.qr(rows, mode="r")))
     comm = plate.domain.comm
     samples = comm.allreduce(samples)
-    found, misfit = np.full((2, n_modes), np.nan)
-    for i, parts in enumerate(factors):
-        stacked = np.concatenate([part for parts in comm.allgather(parts) for part in parts])
+    found, misfit = np.full((2, len(shares), n_modes), np.nan)
+    for (disc, i), own in factors.items():
+        stacked = np.concatenate([part for parts in comm.allgather(own) for part in parts])
         weighted, shape = stacked[:, :-1], stacked[:, -1]
-        if samples[i] > 2 * weighted.shape[1]:
+        if samples[disc, i] > 2 * weighted.shape[1]:
             amplitudes = np.linalg.lstsq(weighted, shape, rcond=CUTOFF)[0]
-            found[i] = (_waves(modes, i, np.zeros((1, 2)), radii[i]) @ amplitudes)[0]
+            found[disc, i] = (_waves(modes, i, np.zeros((1, 2)), radii[i]) @ amplitudes)[0]
             left = np.linalg.norm(weighted @ amplitudes - shape)
-            misfit[i] = left / np.linalg.norm(shape)
+            misfit[disc, i] = left / np.linalg.norm(shape)
     return found, misfit
+
+
+def _rule(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
+    """Points and weights in a cell for products of shapes with waves."""
+    rule = basix.make_quadrature(basix.CellType.triangle, plate.degree + WAVE_DEGREE)
+    return np.asarray(rule[0]), np.asarray(rule[1])
 
 
 def _waves(modes: Modes, i: int, points: np.ndarray, radius: float) -> np.ndarray:

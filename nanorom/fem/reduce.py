@@ -36,7 +36,7 @@ from nanorom.fem.cases import FlatCases
 from nanorom.fem.modes import Modes
 from nanorom.fem.plan import Plan
 from nanorom.fem.scales import Scales
-from nanorom.fem.shapes import normalise
+from nanorom.fem.shapes import normalise_film
 from nanorom.fem.stopwatch import Progress, Stopwatch
 from nanorom.fem.symmetry import is_symmetric
 from nanorom.fem.tangent import tangent
@@ -244,7 +244,7 @@ def solve(
             raise SolverError(buckling.told(plate, scene.tension)) from error
         modes, names = labels.name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
-        modes, errors = normalise(modes.take(selected))
+        modes, errors = normalise_film(modes.take(selected))
     with watch.stage("tensors"):
         stretching = np.zeros((len(selected),) * 2)
         if plate.shape is None and plate.attraction is None:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import ufl
+from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -32,16 +33,22 @@ class EnergyForce:
 
     def __init__(self, function: Any, energy: Any) -> None:
         self._function = function
+        self._sum = fem.Function(function.function_space)
+        dofmap = function.function_space.dofmap
+        self._n_owned = dofmap.index_map.size_local * dofmap.index_map_bs
         self._gradient = compat.form(ufl.derivative(energy, function))
 
     def __call__(self, columns: np.ndarray) -> np.ndarray:
         """Force (owned dofs, m) of displacements (local dofs, m). Collective."""
-        values = self._function.x.array
+        values, total = self._function.x.array, self._sum.x.array
         kept = values.copy()
         forces = []
         for column in columns.T:
             values[:] = column
-            forces.append(algebra.assemble_vector(self._gradient))
+            total[:] = 0.0
+            fem.assemble_vector(total, self._gradient)
+            compat.scatter_reverse_add(self._sum)
+            forces.append(total[: self._n_owned].copy())
         values[:] = kept
         return np.column_stack(forces)
 

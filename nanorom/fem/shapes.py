@@ -99,16 +99,23 @@ def extent(plate: Plate) -> tuple[np.ndarray, float]:
 # -- scale and sign -------------------------------------------------------------------------------
 
 
-def normalise(modes: Modes) -> tuple[Modes, ModeErrors]:
-    """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective.
+def normalise(modes: Modes) -> Modes:
+    """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective."""
+    values, _ = _peaks(modes.plate, modes.shapes)
+    return attrs.evolve(modes, shapes=modes.shapes / values)
 
-    Also estimates the errors of the modes, that of their scale among them.
+
+def normalise_film(modes: Modes) -> tuple[Modes, ModeErrors]:
+    """The same for a plate, its peaks measured as well as its averages where that can be done.
+
+    Also estimates the errors of the modes, that of their scale among them.  Collective.
     """
-    values, places, inside = _peaks(modes.plate, modes.shapes)
+    plate = modes.plate
+    values, places = _peaks(plate, modes.shapes)
     errors = accuracy.of_modes(modes)
     scale = errors.scale
-    if peaks.is_homogeneous(modes.plate):
-        fitted, deviation, misfit = peaks.fitted(modes, places, inside)
+    if peaks.is_homogeneous(plate):
+        fitted, deviation, misfit = peaks.fitted(modes, places, _inside(plate, places))
         deviation /= np.abs(values)
         better = (deviation < scale) & (misfit < MISFIT * scale)
         values = np.where(better, np.copysign(fitted, values), values)
@@ -116,8 +123,8 @@ def normalise(modes: Modes) -> tuple[Modes, ModeErrors]:
     return attrs.evolve(modes, shapes=modes.shapes / values), attrs.evolve(errors, scale=scale)
 
 
-def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Largest |phi| (n,) of every shape, signed, its place (n, 2), and how far inside it is (n,).
+def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Largest |phi| (n,) of every shape, signed, and its place (n, 2).
 
     The sign is that at the largest |phi| of smallest angle from +x.
     """
@@ -141,7 +148,7 @@ def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
 
         values[i] = size.max() * np.sign(value[first(TIE)])
         places[i] = point[first(SAME)]
-    return values, places, _inside(plate, places)
+    return values, places
 
 
 def _inside(plate: Plate, places: np.ndarray) -> np.ndarray:

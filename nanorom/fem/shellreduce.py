@@ -60,7 +60,7 @@ def reduce_shell(
     solution = solve_to_tolerance(comm, scene, scales, watch)
     shell, h = solution.modes.shell, scene.plate.thickness / scales.length
     selected = np.array(scene.modes.numbers) - 1
-    modes = solution.modes.like(normalise(solution.modes.modes.take(selected))[0])
+    modes = solution.modes.like(normalise(solution.modes.modes.take(selected)))
     with watch.stage("tensors"):
         cases = ShellCases(modes)
         stated = scene.reduction.amplitude

@@ -133,7 +133,7 @@ def solved_modes(scene, whole):
     scales = Scales.of(scene)
     chosen = attrs.evolve(discretisation.choose(scene, scales.length, 0.0, None), whole=whole)
     plate = build_plate(MPI.COMM_WORLD, scene, scales, chosen)
-    return normalise(labels.name(scene, eigen.solve(plate, 4))[0])[0]
+    return normalise(labels.name(scene, eigen.solve(plate, 4))[0])
 
 
 def test_step_has_352_load_cases_for_eleven_modes():
