@@ -11,7 +11,7 @@ from nanorom.bench import exact, measure
 
 KAPPAS = (0.0, 1.0, 100.0, 1e4, 1e5, 1e6, np.inf)
 TOLERANCES = tuple(10.0**-n for n in range(3, 10))
-ROUNDING = 2.2e-16  # errors below it are none
+ROUNDING = 1e-11  # a hundredth of the smallest tolerance: errors below it are none
 SMALLEST, LARGEST = 1 / 3, 100.0  # allowed ratios of estimate and true error
 
 

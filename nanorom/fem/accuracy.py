@@ -20,9 +20,9 @@ from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
 ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
-POINTWISE = 4.0  # from the extrapolated tail of a shape to its error at the peak
+POINTWISE = 8.0  # from the extrapolated tail of a shape to its error at the peak
 AVERAGES = 200.0  # from the error of frequencies to that of integrals over shapes
-IN_PLANE = 3.0  # from the extrapolated tail of the in-plane displacement to its error
+IN_PLANE = 6.0  # from the extrapolated tail of the in-plane displacement to its error
 BACK = 2  # degrees between the two tails that are compared
 
 

@@ -19,7 +19,7 @@ from nanorom.film import Kind, Spring
 from nanorom.scene import Accuracy, Disc, MeshFile, Rectangle, Scene, String
 
 DEGREE = 8
-CALIBRATION = (2.0, 3.5e-8, 14.0)  # wavenumber x size, estimated error, rate: drum, degree 8
+CALIBRATION = (2.25, 8.5e-8, 10.5)  # wavenumber x size, estimated error, rate: drum, degree 8
 COARSEST = 0.8  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
 OUTERMOST = 1.2  # of the layer: width of a drum's outermost ring

@@ -28,7 +28,9 @@ SMALLER = 0.7  # radius of the second disc
 STEEPEST = 8.0  # largest decay rate x radius at which evanescent waves are fitted
 CLEAR = 6.0  # decay lengths off the edge beyond which they need not be
 SMOOTHNESS = 3  # exponent of the weight (1 - r^2/radius^2)
+LONGEST = 2.0  # reach of a wave, by the shortest one's, with which it still is fitted
 CUTOFF = 1e-13  # of singular values
+ROUNDING = 1e-9  # of a radius
 WAVE_DEGREE = 6  # of the polynomial that is as good as a wave within a cell
 
 
@@ -39,16 +41,14 @@ def is_homogeneous(plate: Plate) -> bool:
 
 def fitted(
     modes: Modes, centres: np.ndarray, inside: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values of the shapes at points (n, 2), their estimated errors, and misfits. Collective.
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n,) of the shapes at points (n, 2), and their estimated errors. Collective.
 
-    inside: (n,) distances of the points from the film's edge.  The misfit is the relative root
-    mean square of what the waves leave of the shape: more than the error of the shape itself
-    shows that it does not solve their equation.
+    inside: (n,) distances of the points from the film's edge.
     """
     radii = np.array([_radius(modes, i, distance) for i, distance in enumerate(inside)])
-    values, misfits = _values(modes, centres, radii, (1.0, SMALLER))
-    return values[0], np.abs(values[0] - values[1]), misfits[0]
+    values, smaller = _values(modes, centres, radii, (1.0, SMALLER))
+    return values, np.abs(values - smaller)
 
 
 def _wavenumbers(modes: Modes, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -79,8 +79,8 @@ def _radius(modes: Modes, i: int, inside: float) -> float:
 
 def _values(
     modes: Modes, centres: np.ndarray, radii: np.ndarray, shares: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Values (s, n) at the centres of waves fitted to the shapes on discs, and misfits.
+) -> np.ndarray:
+    """Values (s, n) at the centres of waves fitted to the shapes on discs.
 
     Discs have shares (s,) of the radii.  Not a number where one holds too few points.  The
     triangular factors of every chunk of cells and of every rank are stacked: no normal equations.
@@ -108,16 +108,14 @@ def _values(
                 factors[disc, i].append(np.asarray(np.linalg.qr(rows, mode="r")))
     comm = plate.domain.comm
     samples = comm.allreduce(samples)
-    found, misfit = np.full((2, len(shares), n_modes), np.nan)
+    found = np.full((len(shares), n_modes), np.nan)
     for (disc, i), own in factors.items():
         stacked = np.concatenate([part for parts in comm.allgather(own) for part in parts])
         weighted, shape = stacked[:, :-1], stacked[:, -1]
         if samples[disc, i] > 2 * weighted.shape[1]:
             amplitudes = np.linalg.lstsq(weighted, shape, rcond=CUTOFF)[0]
             found[disc, i] = (_waves(modes, i, np.zeros((1, 2)), radii[i]) @ amplitudes)[0]
-            left = np.linalg.norm(weighted @ amplitudes - shape)
-            misfit[disc, i] = left / np.linalg.norm(shape)
-    return found, misfit
+    return found
 
 
 def _rule(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
@@ -129,10 +127,10 @@ def _rule(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
 def _waves(modes: Modes, i: int, points: np.ndarray, radius: float) -> np.ndarray:
     """Waves (m, w) at points (m, 2) about the centre, at most about 1 in size on the disc."""
     direction, waves, decays = _wavenumbers(modes, i)
-    straight = waves * radius < 2 * REACH  # no waves much shorter than the others
+    straight = waves * radius < LONGEST * REACH  # no waves much shorter than the others
     phase = points @ (direction * waves[:, None])[straight].T
     columns = [np.cos(phase), np.sin(phase)]
-    mild = decays * radius < STEEPEST
+    mild = decays * radius < (1 + ROUNDING) * STEEPEST
     if mild.any():
         rise = points @ (direction * decays[:, None])[mild].T
         largest = np.cosh(decays[mild] * radius)

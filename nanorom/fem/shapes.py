@@ -26,7 +26,6 @@ TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decid
 SAME = 1e-6  # extrema closer than this (relative) are equal to symmetry
 ANGLE_TIE = 0.02  # radians below the +x axis that still count as on it
 CENTRE = 1e-3  # of the film's half width: points nearer to its centre have no angle
-MISFIT = 10.0  # of waves, by the error of a shape at a point, beyond which they are not its own
 NEWTON_STEPS = 8
 FLAT = 1e-6  # smallest curvature, relative, along which a Newton step is taken
 
@@ -115,9 +114,9 @@ def normalise_film(modes: Modes) -> tuple[Modes, ModeErrors]:
     errors = accuracy.of_modes(modes)
     scale = errors.scale
     if peaks.is_homogeneous(plate):
-        fitted, deviation, misfit = peaks.fitted(modes, places, _inside(plate, places))
+        fitted, deviation = peaks.fitted(modes, places, _inside(plate, places))
         deviation /= np.abs(values)
-        better = (deviation < scale) & (misfit < MISFIT * scale)
+        better = deviation < scale
         values = np.where(better, np.copysign(fitted, values), values)
         scale = np.where(better, deviation, scale)
     return attrs.evolve(modes, shapes=modes.shapes / values), attrs.evolve(errors, scale=scale)
