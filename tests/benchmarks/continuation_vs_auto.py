@@ -237,8 +237,9 @@ def main() -> None:
             *drum(options.drum),
         ]
     if options.output is not None:
+        command = shlex.join(["./run", "python", "-m", MODULE, *sys.argv[1:]])
         title = (
-            f"# Continuation: cost\n\n`{shlex.join(['python', '-m', MODULE, *sys.argv[1:]])}`, "
+            f"# Continuation: cost\n\n`{command}`, "
             f"{date.today()}, {_processor()}, {os.cpu_count()} cores, "
             f"load average {load:.1f} to {os.getloadavg()[0]:.1f}\n"
         )

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from nanorom.continuation import ModalSystem, explore
+from nanorom.continuation import Branch, ModalSystem, PeriodicOrbit, SpecialPoint, explore
+from nanorom.continuation.special import _neutral
 
 FEW_POINTS = 100  # a loop of some ten series steps; one of tiny steps has a thousand and more
+AT_A_POINT = 1e-6  # of the circle: a point of the branch that is a special point
 
 
 def two_classes() -> ModalSystem:
@@ -31,3 +34,82 @@ def test_doubled_branch_of_another_symmetry_class_is_followed_in_few_steps() -> 
     assert doubled.ending == "bifurcation"
     assert {round(w, 6) for w in doubled.omega[[0, -1]]} == {round(p.omega, 6) for p in (one, two)}
     assert len(doubled) < FEW_POINTS
+
+
+def dense(frequencies: list[float], seed: int, quality: float, quadratic: float) -> ModalSystem:
+    """Dense tensors and full parametric drive; the cubic force is that of a random potential."""
+    random, size = np.random.default_rng(seed), len(frequencies)
+    one = random.standard_normal((2 * size, size)) / np.sqrt(size)
+    cubic = np.einsum("mi,mj,mk,ml->ijkl", one, one, one, one)
+    two = random.standard_normal((size, size))
+    stiffness = random.standard_normal((size, size))
+    return ModalSystem(
+        damping=np.array(frequencies) / quality,
+        stiffness=np.square(frequencies),
+        quadratic=quadratic * np.einsum("mi,mj,mk->ijk", two, two, two) / size,
+        cubic=cubic / cubic[0, 0, 0, 0],
+        direct=np.append(1.0, random.standard_normal(size - 1)),
+        parametric=(stiffness + stiffness.T) / 2,
+    )
+
+
+STRONG = {  # system, range, direct and parametric level
+    "2:1 resonance": (dense([1, 2.02], 3, 100.0, 0.3), (0.8, 2.3), 0.02, 0.0),
+    "3:1 resonance": (dense([1, 3.05], 4, 100.0, 0.0), (0.8, 3.4), 0.05, 0.0),
+    "tongues": (dense([1, 1.4, 2.3], 2, 130.0, 0.0), (1.4, 2.8), 0.01, 0.06),
+    "tongues and tori": (dense([1, 1.3, 2.1, 2.9], 4, 40.0, 0.2), (0.7, 2.2), 0.1, 0.1),
+}
+
+
+@pytest.mark.parametrize("name", STRONG)
+def test_multipliers_cross_the_unit_circle_at_the_listed_points_only(name) -> None:
+    """Nothing missed, nothing spurious: between two points of a branch the number of multipliers
+    outside, of those real ones beyond 1 and of those beyond -1, change by what is listed between.
+    """
+    diagram = explore(*STRONG[name])
+    assert diagram.special_points
+    for number, branch in enumerate(diagram.branches):
+        listed = between(branch, diagram.points(branch=number))
+        for k, kinds in enumerate(listed):
+            ends = branch.multipliers[k : k + 2]
+            if np.abs(np.abs(ends) - 1).min() < AT_A_POINT:
+                continue
+            (one, two), (plus, minus, outside) = map(outside_of, ends), counts(kinds)
+            assert (two[0] - one[0] - plus) % 2 == 0, (name, number, k, kinds)
+            assert (two[1] - one[1] - minus) % 2 == 0, (name, number, k, kinds)
+            assert abs(two[2] - one[2]) <= outside, (name, number, k, kinds)
+            if not plus and not minus:
+                assert (abs(two[2] - one[2]) - outside) % 4 == 0, (name, number, k, kinds)
+
+
+def between(branch: Branch, points: list[SpecialPoint]) -> list[list[str]]:
+    """The types of the special points between each two neighbouring points of a branch."""
+
+    def place(orbit: PeriodicOrbit) -> np.ndarray:
+        return np.concatenate([[orbit.omega], orbit(0.0), orbit.velocity(0.0)])
+
+    places = np.array([place(branch.orbit(k)) for k in range(len(branch))])
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    found: list[list[str]] = [[] for _ in steps]
+    for point in points:
+        away = np.linalg.norm(places - place(point.orbit), axis=1)
+        found[int(np.argmin(away[:-1] + away[1:] - steps))].append(point.type)
+    return found
+
+
+def outside_of(multipliers: np.ndarray) -> tuple[int, int, int]:
+    real = multipliers.real[np.abs(multipliers.imag) < 1e-9]
+    return (real > 1).sum(), (real < -1).sum(), (np.abs(multipliers) > 1).sum()
+
+
+def counts(kinds: list[str]) -> tuple[int, int, int]:
+    """How many points are at 1 and at -1, and how many multipliers may cross the circle in all."""
+    plus, minus = sum(kind in ("LP", "BP") for kind in kinds), kinds.count("PD")
+    return plus, minus, plus + minus + 2 * kinds.count("NS")
+
+
+def test_torus_point_between_real_pairs_is_not_taken_for_a_neutral_saddle() -> None:
+    """Real pair outside -> complex pair crossing the circle -> real pair inside, in one step."""
+    before, after = np.array([31.5, -1.3, -1.03, 0.4]) + 0j, np.array([30, -0.9, -0.98, 0.4]) + 0j
+    assert not _neutral(before, after)
+    assert _neutral(np.array([1.2, 0.9]) + 0j, np.array([1.2, 0.8]) + 0j)
