@@ -155,7 +155,7 @@ def column(full, model, ladder, response):
     resonance = [ph.internal_resonance(model, label) for label in ("f21c", "f21s")]
     f11 = [f"{opened[m][0] * limit[model.label.index(m)]:.4f} ({m})" for m in ("f11c", "f11s")]
     locked = [reach.first for step, reach in found if reach.first < HELD_BACK * ph.alone(step)]
-    responsivity = [f"{1e9 * reach.amplitude / step:.1f}" for step, reach in found]
+    responsivity = [f"{1e9 * reach.amplitude / step:.0f}" for step, reach in found]
     text = {
         "modes in 20 to 90 MHz": f"{inside.sum()}{'+' if inside[-1] else ''}",
         "numbers of f21, f02, f03": ", ".join(f"{number[m]}" for m in ("f21c", "f02", "f03")),

@@ -148,6 +148,30 @@ def test_dependence_runs_its_cases_in_short(demos, directory):
     assert (directory / "dependence" / "dependence.png").stat().st_size > 10_000
 
 
+def test_sweep_in_time_stays_on_the_stable_branch(membrane, demos, directory):
+    """Below the first loss of stability, a few steps of demos/surge.py: no fall, no surge."""
+    import surge
+
+    falls, detached = surge.main(directory / "surge", directory, levels=(LEVEL,), stop=2.43)
+    assert falls[0] == pytest.approx(2.42)
+    assert detached == [[]]
+    assert (directory / "surge" / "surge.png").stat().st_size > 10_000
+
+
+def test_an_orbit_taken_from_its_states_is_the_orbit(membrane, demos):
+    import surge
+
+    fig3, _, _ = demos
+    model, response, branch = membrane
+    orbit = branch.orbit(len(branch) // 8)
+    unit = fig3.levels(model, [LEVEL])
+    system = surge.aimed(model, unit).system(unit.direct_pattern, unit.parametric_pattern)
+    state = np.concatenate([orbit(0.0), orbit.velocity(0.0)])
+    found = surge.orbit_of(system.scaled(*unit.levels[0]), orbit.omega, state)
+    t = np.linspace(0, orbit.period, 7)
+    assert found(t) == pytest.approx(orbit(t), abs=1e-4 * np.abs(orbit(t)).max())
+
+
 def test_linear_response_peaks_at_the_frequencies_with_height_j_over_c_omega(membrane):
     model, _, _ = membrane
     force = np.zeros(model.size)
