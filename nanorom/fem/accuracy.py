@@ -38,8 +38,11 @@ class ModeErrors:
     scale: np.ndarray
 
 
-def of_modes(modes: Modes) -> ModeErrors:
-    """Estimate the errors of frequencies and shapes. Collective."""
+def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
+    """Estimate the errors of frequencies and shapes. Collective.
+
+    stiffening : isotropic tension that acts beyond the plate's own, see `stiffening_of`.
+    """
     plate, n_modes = modes.plate, modes.shapes.shape[1]
     local = modes.shapes[compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]]
     totals = np.zeros((4, n_modes))  # energy and square of the two tails
@@ -50,7 +53,7 @@ def of_modes(modes: Modes) -> ModeErrors:
         square += _integral(field, np.matmul(field.values, cells) ** 2)
         for i, projection in enumerate(projections):
             tail = np.matmul(projection, cells)
-            totals[i] += _linear_energy(plate, field, tail)
+            totals[i] += _linear_energy(plate, field, tail, stiffening)
             totals[2 + i] += _integral(field, np.matmul(field.values, tail) ** 2)
     comm = plate.domain.comm
     totals, square = comm.allreduce(totals), comm.allreduce(square)
@@ -64,6 +67,33 @@ def of_modes(modes: Modes) -> ModeErrors:
     discretisation = 0.5 * extrapolated(totals[1], totals[0]) / total_energy
     scale = POINTWISE * np.sqrt(extrapolated(totals[3], totals[2]) / square)
     return ModeErrors(discretisation + rounding, rounding, scale)
+
+
+def stiffening_of(plate: Plate, tension: float | None) -> float:
+    """Tension beyond the plate's own that bounds the stiffness about a state of a mean tension.
+
+    Where load made that tension by a deflection w, a mode also stretches the film along grad w,
+    by no more than twice of it.
+    """
+    own = 0.5 * (float(plate.tension_x.value) + float(plate.tension_y.value))
+    return 0.0 if tension is None else 3 * max(tension - own, 0.0)
+
+
+def of_state(plate: Plate, deflection: np.ndarray, stiffening: float) -> float:
+    """Estimated error, relative, that a static deflection (local dofs,) brings to frequencies.
+
+    Both are smooth functionals of the solution, so they err as its energy does. Collective.
+    """
+    dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
+    local = deflection[dofs][..., None]
+    projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
+    energies = np.zeros((3, 1))
+    for field in quadrature.fields(plate, columns=2):
+        cells = local[field.cells]
+        parts = [cells, *(np.matmul(projection, cells) for projection in projections)]
+        energies += [_linear_energy(plate, field, part, stiffening) for part in parts]
+    total, longer, tail = plate.domain.comm.allreduce(energies)
+    return float((extrapolated(tail, longer) / total)[0]) if total[0] > 0 else 0.0
 
 
 def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
@@ -120,10 +150,12 @@ def _integral(field: quadrature.CellFields, density: np.ndarray) -> np.ndarray:
     return field.weights.ravel() @ density.reshape(field.weights.size, -1)
 
 
-def _linear_energy(plate: Plate, field: quadrature.CellFields, local: np.ndarray) -> np.ndarray:
+def _linear_energy(
+    plate: Plate, field: quadrature.CellFields, local: np.ndarray, stiffening: float
+) -> np.ndarray:
     """Energy (L,) of tension and bending inside the cells, without the terms on facets."""
     slope = field.cell_gradient(local)
-    tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)])
+    tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)]) + stiffening
     energy = _integral(field, np.einsum("d,cqdl->cql", tension, slope**2))
     if plate.bending:
         energy += float(plate.bending_stiffness.value) * _integral(

@@ -244,7 +244,8 @@ def solve(
             raise SolverError(buckling.told(plate, scene.tension)) from error
         modes, names = labels.name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
-        modes, errors = normalise_film(modes.take(selected))
+        stiffening = accuracy.stiffening_of(plate, static.tension)
+        modes, errors = normalise_film(modes.take(selected), stiffening)
     with watch.stage("tensors"):
         stretching = np.zeros((len(selected),) * 2)
         if plate.shape is None and plate.attraction is None:
@@ -254,8 +255,10 @@ def solve(
                 scene, scales, units, modes, watch, journal
             )
     with watch.stage("errors"):
+        if static.deflection is not None:
+            diagnostics["error_state"] = accuracy.of_state(plate, static.deflection, stiffening)
         diagnostics |= {
-            "error_frequency": float(errors.frequency.max()),
+            "error_frequency": float(errors.frequency.max()) + diagnostics.get("error_state", 0.0),
             "error_frequencies": errors.frequency,
             "error_tensor": accuracy.of_tensor(cubic, errors, in_plane),
             "error_rounding": float(errors.rounding.max()),

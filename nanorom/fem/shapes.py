@@ -104,14 +104,15 @@ def normalise(modes: Modes) -> Modes:
     return attrs.evolve(modes, shapes=modes.shapes / values)
 
 
-def normalise_film(modes: Modes) -> tuple[Modes, ModeErrors]:
+def normalise_film(modes: Modes, stiffening: float = 0.0) -> tuple[Modes, ModeErrors]:
     """The same for a plate, its peaks measured as well as its averages where that can be done.
 
-    Also estimates the errors of the modes, that of their scale among them.  Collective.
+    Also estimates the errors of the modes, that of their scale among them; ``stiffening`` is as
+    for `accuracy.of_modes`.  Collective.
     """
     plate = modes.plate
     values, places = _peaks(plate, modes.shapes)
-    errors = accuracy.of_modes(modes)
+    errors = accuracy.of_modes(modes, stiffening)
     scale = errors.scale
     if peaks.is_homogeneous(plate):
         fitted, deviation = peaks.fitted(modes, places, _inside(plate, places))

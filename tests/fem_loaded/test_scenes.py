@@ -196,3 +196,21 @@ def test_change_of_stress_is_a_change_of_tension():
     both = reduce_scene(drum(Load(stress="10 MPa", pressure=1e4), accuracy=by_hand))
     again = reduce_scene(drum(Load(pressure=1e4), tension=tension, accuracy=by_hand))
     assert both.frequency == pytest.approx(again.frequency, rel=1e-8)
+
+
+@pytest.mark.parametrize("bending, pressure", [(0.0, 3.0), (0.01, 10.0)])
+def test_default_tolerance_holds_about_loaded_states(bending, pressure):
+    """Three thicknesses deep and, as a membrane, fifty: what is told bounds the true error."""
+    h = np.cbrt(12 * (1 - NU**2) * bending * TENSION * RADIUS**2 / MODULUS) or 1e-9
+    model = "plate" if bending else "membrane"
+    unit = RADIUS * np.sqrt(TENSION / (MODULUS * h))
+    load = Load(pressure=pressure * TENSION * unit / RADIUS**2)
+    found = reduce_scene(drum(load, plate=Plate(h, model), modes=Modes(count=1)))
+    reference = Reference(1.0, bending, NU)
+    for share in (0.1, 1.0):
+        reference.solve(share * pressure)
+    omega = np.sqrt(reference.eigenvalues(0, 1)[0] * TENSION / (DENSITY * h)) / RADIUS
+    error = abs(found.frequency[0] / (omega / (2 * np.pi)) - 1)
+    assert error < found.diagnostics["error_frequency"] < 1e-6
+    centre = unit * reference.centre()
+    assert found.static["centre_deflection"] == pytest.approx(centre, rel=1e-7)
