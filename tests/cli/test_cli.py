@@ -262,7 +262,7 @@ def test_response_killed_at_random_moments_ends_with_the_same_file(tmp_path, rom
             if output.exists() and output.stat().st_mtime_ns != before:
                 break
             time.sleep(0.002)
-        time.sleep(0.1 * random.random())
+        time.sleep(0.03 * random.random())
         run.kill()
         kills += run.wait(LONGEST) == -signal.SIGKILL
         assert Response.load(output).diagrams  # whole levels only
