@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-CONVERGED = 1e-11  # change of the highest eigenvalue when the basis grows by half
+CONVERGED = 1e-11  # change of frequencies when the basis grows by half
+ROUNDING = 1e-12  # of frequencies and coefficients: measured
 MOST_FUNCTIONS = 400
 
 
@@ -60,7 +61,8 @@ class BeamModes:
     """The lowest modes, scaled to max |phi| = 1 and positive there.
 
     frequency: (L,) Hz; mass: (L,); stiffness: (L, L); cubic: (L, L, L, L) with the force
-    B_rjkl q_j q_k q_l; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx.
+    B_rjkl q_j q_k q_l; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx; error: estimated
+    relative errors of frequencies and of the cubic tensor.
     """
 
     beam: Beam
@@ -71,6 +73,7 @@ class BeamModes:
     area: Array
     slope: Array
     _coefficients: Array
+    error: tuple[float, float] = (np.nan, np.nan)
 
     def shapes(self, x: Array) -> Array:
         """Shapes (L, n) at positions x (n,) from 0 to the length."""
@@ -80,7 +83,7 @@ class BeamModes:
 def modes(beam: Beam, count: int) -> BeamModes:
     """The ``count`` lowest modes of a beam; raises SolverError if it buckles or is not resolved."""
     size = 2 * count + 20
-    values, coefficients = _solve(beam, size, count)
+    coarse = _expanded(beam, *_solve(beam, size, count))
     while True:
         size += size // 2
         if size > MOST_FUNCTIONS:
@@ -88,10 +91,18 @@ def modes(beam: Beam, count: int) -> BeamModes:
                 f"{count} modes of a beam with layers of {_layer(beam):.1e} of its length are not "
                 f"resolved by {MOST_FUNCTIONS} functions; ask for fewer modes or use a string"
             )
-        finer, coefficients = _solve(beam, size, count)
-        if np.abs(finer - values).max() < CONVERGED * finer.max():
-            break
-        values = finer
+        fine = _expanded(beam, *_solve(beam, size, count))
+        frequency, cubic = (
+            np.abs(a - b).max() / np.abs(b).max()
+            for a, b in ((coarse.frequency, fine.frequency), (coarse.cubic, fine.cubic))
+        )
+        if max(frequency, cubic) < CONVERGED:
+            return attrs.evolve(fine, error=(frequency + ROUNDING, cubic + ROUNDING))
+        coarse = fine
+
+
+def _expanded(beam: Beam, squares: Array, coefficients: Array) -> BeamModes:
+    """Modes of given squared angular frequencies (L,) and Legendre coefficients (L, n)."""
     coefficients = coefficients / _peaks(coefficients)[:, None]
     half = beam.length / 2
     x, weights = legendre.leggauss(coefficients.shape[1] + 2)
@@ -106,7 +117,7 @@ def modes(beam: Beam, count: int) -> BeamModes:
     symmetric = (pairs + pairs.transpose(0, 2, 1, 3) + pairs.transpose(0, 3, 2, 1)) / 3
     return BeamModes(
         beam,
-        np.sqrt(finer) / (2 * np.pi),
+        np.sqrt(squares) / (2 * np.pi),
         beam.mass_per_length * np.sum(phi**2 * weights, axis=1),
         stiffness,
         beam.axial_stiffness / (2 * beam.length) * symmetric,
@@ -243,7 +254,11 @@ def reduce_beam(scene: Scene) -> ReducedModel:
         drive={"pressure": pressure},
         parametric={"tension": -width * found.slope[pick], "paper": np.diag(pressure)},
         shapes=_strip(found, index, width),
-        diagnostics={"asymmetry": 0.0},
+        diagnostics={
+            "asymmetry": 0.0,
+            "error_frequency": found.error[0],
+            "error_tensor": found.error[1],
+        },
         scene=scene.to_toml(),
         method="direct",
         in_plane="free",

@@ -11,11 +11,12 @@ from nanorom.files import check_directory, make_directory
 
 
 def run(directory: Path, what: str, quick: bool) -> None:
-    """Measure ``what`` (speed, accuracy or stress) and leave its table in a directory."""
+    """Measure ``what`` (speed, accuracy, stress or skips) and leave its table in a directory."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     check_directory(directory)
     make_directory(directory)
-    {"speed": _speed, "accuracy": _accuracy, "stress": _stress}[what](directory, quick)
+    kinds = {"speed": _speed, "accuracy": _accuracy, "stress": _stress, "skips": _skips}
+    kinds[what](directory, quick)
 
 
 def _command(option: str, quick: bool) -> str:
@@ -69,3 +70,12 @@ def _stress(directory: Path, quick: bool) -> None:
     title = "Numerical stability under extreme parameters"
     command = _command(" --stress", quick)
     report.write_markdown(title, (rows,), directory / "stress.md", command)
+
+
+def _skips(directory: Path, quick: bool) -> None:
+    from nanorom.bench import report, skips
+
+    rows = _shown(skips.rows())
+    report.write_csv(rows, directory / "skips.csv")
+    title = "What the plan's skips save and change"
+    report.write_markdown(title, (rows,), directory / "skips.md", _command(" --skips", quick))

@@ -140,10 +140,11 @@ def class_stiffness(plate: Plate) -> dict[Parity, PETSc.Mat]:
     classes = plate.mirrors.classes
     if not plate.bending or not plate.mirrors.axes:
         return dict.fromkeys(classes, base)
-    mirrored = {
-        axis: algebra.assemble(compat.form(plate.clamping_form(plate.on_mirror(axis))))
-        for axis in plate.mirrors.axes
-    }
+    form, mirrored = compat.form(plate.mirror_form()), {}
+    for axis, even in plate.even.items():
+        plate.set_parity((1,) * len(plate.even))
+        even.value = 1.0
+        mirrored[axis] = algebra.assemble(form)
     stiffness = {}
     for parity in classes:
         matrix = base.copy()

@@ -89,6 +89,7 @@ class Plate:
     shape : initial deflection w0 (UFL or Function), None where the film is flat.
     prestress : membrane force (UFL tensor) in addition to the tension, None where there is none.
     attraction : to a gate, None where there is none.
+    even : by mirror, 1 where deflections are even about it, else 0 (`set_parity`).
     """
 
     def __init__(
@@ -124,10 +125,14 @@ class Plate:
             (domain.facets_of([name]), fem.Constant(mesh, np.array([k or 0.0, turning])))
             for name, (k, turning) in springs.items()
         ]
-        groups = [self.clamped, *(facets for facets, _ in self.springs)]
-        self._clamped_edge, *self._elastic_edges = compat.facet_measures(
+        self.even = {axis: fem.Constant(mesh, 0.0) for axis in self.mirrors.axes}
+        groups = [self.clamped, *map(self.on_mirror, self.even)]
+        groups += [facets for facets, _ in self.springs]
+        self._clamped_edge, *others = compat.facet_measures(
             mesh, groups, {"quadrature_degree": 2 * degree}
         )
+        self._mirror_edges = others[: len(self.even)]
+        self._elastic_edges = others[len(self.even) :]
         self.shape: Any = None
         self.prestress: Any = None
         self.attraction: Attraction | None = None
@@ -211,10 +216,10 @@ class Plate:
         interior = (-average * kink + 0.5 * (penalty("+") + penalty("-")) * kink**2) * inside
         return self.bending_stiffness * (bulk + interior) + self._clamping(w, self._clamped_edge)
 
-    def clamping_energy(self, w: Any, facets: np.ndarray) -> Any:
-        """Nitsche terms that hold the slope across boundary facets at zero."""
-        rule = {"quadrature_degree": 2 * self.degree}
-        return self._clamping(w, compat.facet_measures(self.domain.mesh, [facets], rule)[0])
+    def mirror_energy(self, w: Any) -> Any:
+        """Nitsche terms that hold the slope across a mirror at zero where w is even about it."""
+        terms = zip(self.even.values(), self._mirror_edges)
+        return sum((even * self._clamping(w, edge) for even, edge in terms), 0)
 
     def _clamping(self, w: Any, edge: Any) -> Any:
         slope = self._slope(w)
@@ -272,10 +277,15 @@ class Plate:
         first = ufl.derivative(self.linear_energy(self.w), self.w)
         return ufl.derivative(first, self.w)
 
-    def clamping_form(self, facets: np.ndarray) -> Any:
-        """Second derivative of the clamping energy of some boundary facets."""
-        first = ufl.derivative(self.clamping_energy(self.w, facets), self.w)
+    def mirror_form(self) -> Any:
+        """Second derivative of the mirrors' energy."""
+        first = ufl.derivative(self.mirror_energy(self.w), self.w)
         return ufl.derivative(first, self.w)
+
+    def set_parity(self, parity: Parity) -> None:
+        """Take deflections of one class of symmetry."""
+        for even, odd in zip(self.even.values(), parity):
+            even.value = 1.0 - odd
 
     def mass_form(self) -> Any:
         """Transverse mass per rho h."""

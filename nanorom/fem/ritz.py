@@ -60,12 +60,10 @@ class LinearForce:
     """
 
     def __init__(self, plate: Plate, function: Any, deflection: Any, energy: Any) -> None:
-        self._axes = plate.mirrors.axes if plate.bending else ()
-        self._inside = EnergyForce(function, energy)
-        self._on_mirror = {
-            axis: EnergyForce(function, plate.clamping_energy(deflection, plate.on_mirror(axis)))
-            for axis in self._axes
-        }
+        if plate.bending:
+            energy = energy + plate.mirror_energy(deflection)
+        self._plate = plate
+        self._force = EnergyForce(function, energy)
 
     @classmethod
     def of(cls, plate: Plate) -> LinearForce:
@@ -74,11 +72,8 @@ class LinearForce:
 
     def __call__(self, parity: Parity, columns: np.ndarray) -> np.ndarray:
         """Force (owned dofs, m) of displacements (local dofs, m) of one parity. Collective."""
-        force = self._inside(columns)
-        for axis, odd in zip(self._axes, parity):
-            if not odd:  # an even deflection has no slope across the mirror
-                force += self._on_mirror[axis](columns)
-        return force
+        self._plate.set_parity(parity)
+        return self._force(columns)
 
 
 def polished(

@@ -100,7 +100,7 @@ def extent(plate: Plate) -> tuple[np.ndarray, float]:
 
 def normalise(modes: Modes) -> Modes:
     """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective."""
-    values, _ = _peaks(modes.plate, modes.shapes)
+    values, _, _ = _peaks(modes.plate, modes.shapes)
     return attrs.evolve(modes, shapes=modes.shapes / values)
 
 
@@ -111,22 +111,23 @@ def normalise_film(modes: Modes, stiffening: float = 0.0) -> tuple[Modes, ModeEr
     for `accuracy.of_modes`.  Collective.
     """
     plate = modes.plate
-    values, places = _peaks(plate, modes.shapes)
+    values, places, there = _peaks(plate, modes.shapes)
     errors = accuracy.of_modes(modes, stiffening)
     scale = errors.scale
     if peaks.is_homogeneous(plate):
         fitted, deviation = peaks.fitted(modes, places, _inside(plate, places))
         deviation /= np.abs(values)
         better = deviation < scale
-        values = np.where(better, np.copysign(fitted, values), values)
+        values = np.where(better, values * np.abs(fitted / there), values)
         scale = np.where(better, deviation, scale)
     return attrs.evolve(modes, shapes=modes.shapes / values), attrs.evolve(errors, scale=scale)
 
 
-def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Largest |phi| (n,) of every shape, signed, and its place (n, 2).
+def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Largest |phi| (n,) of every shape, signed, its place (n, 2) and the value there (n,).
 
-    The sign is that at the largest |phi| of smallest angle from +x.
+    The sign is that at the largest |phi| of smallest angle from +x.  The value at the place may
+    be less than the largest by `SAME`, where several are equal but for rounding.
     """
     mode, point, value = _extrema(plate, shapes)
     gathered = plate.domain.comm.allgather((mode, point, value))
@@ -136,7 +137,8 @@ def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     angle = np.mod(np.arctan2(away[:, 1], away[:, 0]) + ANGLE_TIE, 2 * np.pi)
     distance = np.linalg.norm(away, axis=1)
     angle[distance < CENTRE * radius] = 0.0
-    values, places = np.empty(shapes.shape[1]), np.empty((shapes.shape[1], 2))
+    values, there = np.empty((2, shapes.shape[1]))
+    places = np.empty((shapes.shape[1], 2))
     for i in range(len(values)):
         size = np.where(mode == i, np.abs(value), 0.0)
 
@@ -147,8 +149,8 @@ def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             return int(tied[order[0]])
 
         values[i] = size.max() * np.sign(value[first(TIE)])
-        places[i] = point[first(SAME)]
-    return values, places
+        places[i], there[i] = point[first(SAME)], value[first(SAME)]
+    return values, places, there
 
 
 def _inside(plate: Plate, places: np.ndarray) -> np.ndarray:

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nanorom.bench import curves, exact, measure, polar, report, spectral
+from nanorom.bench import curves, exact, measure, polar, report, skips, spectral
 from nanorom.cli import main
+from nanorom.scene import Modes
 from tests.fem.exact import clamped_disc, drum_tensor
 
 SPECTRAL = 1e-11  # of both spectral solutions
 TABLE_1 = 1e-12  # digits to which the membrane's coefficients are known
+SKIPPED = 1e-6  # of skips, at the tolerance of their scenes
 QUICK_ERROR = 1e-5  # of the quick benchmark's drum at tolerance 1e-6
 
 
@@ -102,3 +104,13 @@ def test_refused_scene_is_a_row_with_the_reason():
 def test_square_reference_tells_its_provenance():
     data = json.loads((Path(exact.DATA) / "square-membrane.json").read_text())
     assert "no finite elements" in data["provenance"]
+
+
+def test_blocks_by_symmetry_save_load_cases_and_change_nothing():
+    scene = exact.with_tolerance(exact.paper_drum(), 1e-3).scene
+    saving = skips.opposite_cases(scene.with_(modes=Modes(count=3)))
+    assert saving.difference < SKIPPED
+
+
+def test_beam_saves_the_plate_strip_and_changes_nothing():
+    assert skips.beam().difference < SKIPPED
