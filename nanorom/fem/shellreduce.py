@@ -16,7 +16,17 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from nanorom.errors import AccuracyWarning, SceneError, SolverError
-from nanorom.fem import compat, drawing, labels, loadpath, mesh, quadrature, shapefile, shellcases
+from nanorom.fem import (
+    compat,
+    drawing,
+    labels,
+    loadpath,
+    mesh,
+    quadrature,
+    shapefile,
+    shellcases,
+    shellstep,
+)
 from nanorom.fem.build import boundary_kinds, check_boundary
 from nanorom.fem.discretisation import Discretisation
 from nanorom.fem.mesh import Domain
@@ -65,12 +75,12 @@ def reduce_shell(
         cases = ShellCases(modes)
         stated = scene.reduction.amplitude
         amplitude, change = (
-            shellcases.plateau(cases, h) if stated is None else (stated / scales.length, np.nan)
+            shellstep.plateau(cases, h) if stated is None else (stated / scales.length, np.nan)
         )
-        result = shellcases.step(
+        result = shellstep.step(
             cases, amplitude, lambda i, n: watch.tell("load cases", i, n)
         )
-        missed = shellcases.truncation(cases, result, h)
+        missed = shellstep.truncation(cases, result, h)
     with watch.stage("patterns"):
         points, cells, values = drawing.triangulation(with_deflection(modes))
         mass = np.diag(modes.products(shell.kinetic_energy))

@@ -5,7 +5,16 @@ import pytest
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.fem import algebra, compat, condensation, discretisation, loaded, mesh, shellcases
+from nanorom.fem import (
+    algebra,
+    compat,
+    condensation,
+    discretisation,
+    loaded,
+    mesh,
+    shellcases,
+    shellstep,
+)
 from nanorom.fem.shapes import normalise
 from nanorom.fem.shell import Shell
 from nanorom.fem.statics import StaticProblem
@@ -47,7 +56,7 @@ def test_frequency_and_cubic_coefficient_tend_to_the_plates(plate):
     for thickness in THICKNESSES:
         modes, stretch = shell_modes(thickness, 1)
         modes = modes.like(normalise(modes.modes.take(np.arange(1))))
-        result = shellcases.step(shellcases.ShellCases(modes), 0.2 * thickness)
+        result = shellstep.step(shellcases.ShellCases(modes), 0.2 * thickness)
         found = np.array([np.sqrt(modes.eigenvalues[0]), result.cubic[0, 0, 0, 0] / stretch])
         deviations.append(np.abs(found / exact - 1))
     thick, thin = deviations
@@ -60,10 +69,10 @@ def test_amplitude_is_on_the_plateau_and_truncation_is_told():
     modes, _ = shell_modes(0.02, 2)
     modes = modes.like(normalise(modes.modes.take(np.arange(2))))
     cases = shellcases.ShellCases(modes)
-    large, small = (shellcases.step(cases, a * 0.02) for a in (0.2, 0.1))
+    large, small = (shellstep.step(cases, a * 0.02) for a in (0.2, 0.1))
     assert large.cubic == pytest.approx(small.cubic, abs=PLATEAU * np.abs(small.cubic).max())
     assert small.asymmetry < 1e-4
-    missed = [shellcases.truncation(cases, small, a * 0.02) for a in (1.0, 2.0)]
+    missed = [shellstep.truncation(cases, small, a * 0.02) for a in (1.0, 2.0)]
     assert missed[0] < 0.01
     # the next term of the force is of two orders more
     assert np.log2(missed[1] / missed[0]) == pytest.approx(2.0, abs=0.3)
