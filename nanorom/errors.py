@@ -29,5 +29,9 @@ class ContinuationError(NanoromError):
     """A modal system or a continuation request cannot be followed."""
 
 
+class AmbiguityWarning(UserWarning):
+    """More than one reading of a measurement is left; the result lists the others."""
+
+
 class AccuracyWarning(UserWarning):
     """A result is less accurate than was asked for; the message says by how much."""

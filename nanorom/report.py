@@ -110,7 +110,24 @@ def identification_text(found: Identification) -> str:
         _table([("mode", "measured", "fitted", "difference"), ("", "Hz", "Hz", "%"), *lines]),
         _list(facts),
     ]
+    if found.rivals:
+        parts += ["Not excluded:", _rivals(found)]
     return "\n\n".join(parts)
+
+
+def _rivals(found: Identification) -> str:
+    """Other assignments: their values, how well they fit, and which modes they take."""
+    rows = [
+        (
+            f"{rival.odds:.2g}",
+            f"{rival.chi2:.3g}",
+            f"{100 * rival.noise:.3g}",
+            *(f"{value:.4g}" for value in rival.value.values()),
+            " ".join(rival.label),
+        )
+        for rival in found.rivals
+    ]
+    return _table([("odds", "chi^2", "noise %", *found.value, "modes"), *rows])
 
 
 def of_model(model: ReducedModel) -> dict[str, Any]:

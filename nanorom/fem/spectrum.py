@@ -19,9 +19,13 @@ from nanorom.fem.build import build_plate
 from nanorom.fem.modes import ClassSolver, Modes
 from nanorom.fem.ritz import LinearForce
 from nanorom.fem.scales import Scales
+from nanorom.fem.shapes import bounding_box
 from nanorom.fem.symmetry import Parity
-from nanorom.identify import Lines
-from nanorom.scene import Scene, Tension
+from nanorom.scene import Scene, String, Tension
+from nanorom.spectra import Lines, RitzClass, RitzSpectrum
+
+RATIOS = (1e-3, 2e-2, 0.4)  # D/(T L^2) of the modes that span Ritz' basis
+DEPENDENT = 1e-12  # of the largest square: shapes of the basis that add nothing to the others
 
 
 class Spectrum:
@@ -58,19 +62,72 @@ class Spectrum:
         self, tension_x: float, tension_y: float, bending: float, areal_mass: float, count: int
     ) -> Lines:
         """The ``count`` lowest resonances: T_x, T_y in N/m, D in N m, rho h in kg/m^2."""
-        weights = np.array([tension_x, tension_y, bending]) / self.units
+        modes, names = self._modes((tension_x, tension_y, bending), count)
+        mass = np.diag(modes.modal(dict.fromkeys(modes.parities, self.mass)))
+        slopes = [
+            unit * np.diag(modes.modal(part)) / mass / areal_mass
+            for part, unit in zip(self.parts, self._squares_per)
+        ]
+        squares = modes.eigenvalues * self.scales.tension / self.scales.length**2 / areal_mass
+        return Lines.of(squares, np.column_stack(slopes), names, areal_mass)
+
+    @property
+    def length(self) -> float:
+        """Half of what the film spans, in m. Collective."""
+        low, high = bounding_box(self.plate)
+        sides = high - low
+        span = sides.max() if isinstance(self.scene.geometry, String) else sides.min()
+        return 0.5 * self.scales.length * float(span)
+
+    def reduced(self, count: int) -> RitzSpectrum:
+        """The spectrum in a basis of ``count`` modes at several bending stiffnesses. Collective."""
+        ratios = RATIOS if self.scales.bending else (0.0,)
+        found = [self._modes((1.0, 1.0, ratio * self.length**2), count) for ratio in ratios]
+        shapes = np.concatenate([modes.shapes[: modes.n_owned] for modes, _ in found], axis=1)
+        parities = [parity for modes, _ in found for parity in modes.parities]
+        names = [name for _, own in found for name in own]
+        classes = []
+        for parity in sorted(set(parities)):
+            own = [i for i, other in enumerate(parities) if other == parity]
+            parts = [part[parity] for part in self.parts]
+            classes.append(self._projected(parts, shapes[:, own], [names[i] for i in own]))
+        return RitzSpectrum(tuple(classes))
+
+    def _projected(
+        self, parts: list[PETSc.Mat], shapes: np.ndarray, names: list[str]
+    ) -> RitzClass:
+        """Stiffness in the span of shapes (owned dofs, s). Collective."""
+        sums = self.plate.domain.comm.allreduce
+        squares, vectors = np.linalg.eigh(sums(shapes.T @ algebra.multiply(self.mass, shapes)))
+        kept = squares > DEPENDENT * squares[-1]
+        vectors, norms = vectors[:, kept], np.sqrt(squares[kept])
+        basis = shapes @ (vectors / norms)
+        projected = [
+            unit * sums(basis.T @ algebra.multiply(part, basis))
+            for part, unit in zip(parts, self._squares_per)
+        ]
+        symmetric = [0.5 * (part + part.T) for part in projected]
+        return RitzClass(np.array(symmetric), (vectors * norms).T, tuple(names))
+
+    @property
+    def _squares_per(self) -> np.ndarray:
+        """omega^2 rho h in SI units per eigenvalue of each part of the stiffness and its unit."""
+        return self.scales.tension / self.scales.length**2 / self.units
+
+    def _modes(self, stiffness: tuple[float, float, float], count: int) -> tuple[Modes, list[str]]:
+        """At least the ``count`` lowest modes at T_x, T_y in N/m and D in N m, and their names."""
+        weights = np.array(stiffness) / self.units
         for constant, weight in zip(self.constants, weights):
             constant.value = weight
-        stiffness = {p: self._combined(weights, p) for p in self.plate.mirrors.classes}
+        matrices = {p: self._combined(weights, p) for p in self.plate.mirrors.classes}
         solvers = {
-            p: ClassSolver(self.plate, p, k, self.mass, self.force) for p, k in stiffness.items()
+            p: ClassSolver(self.plate, p, k, self.mass, self.force) for p, k in matrices.items()
         }
         modes = eigen.lowest_of_classes(
-            self.plate, solvers, stiffness, self.mass, self.force, count
+            self.plate, solvers, matrices, self.mass, self.force, count
         )
-        scene = attrs.evolve(self.scene, tension=Tension(tension_x, tension_y))
-        modes, names = labels.name(scene, modes)
-        return self._lines(modes, names, areal_mass)
+        scene = attrs.evolve(self.scene, tension=Tension(*stiffness[:2]))
+        return labels.name(scene, modes)
 
     def _combined(self, weights: np.ndarray, parity: Parity) -> PETSc.Mat:
         matrix = self.parts[0][parity].copy()
@@ -78,17 +135,3 @@ class Spectrum:
         for weight, part in zip(weights[1:], self.parts[1:]):
             matrix.axpy(weight, part[parity], PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
         return matrix
-
-    def _lines(self, modes: Modes, names: list[str], areal_mass: float) -> Lines:
-        mass = np.diag(modes.modal(dict.fromkeys(modes.parities, self.mass)))
-        # omega^2 in (rad/s)^2 per unit of each parameter
-        scale = 1 / (areal_mass * self.scales.length**2)
-        slopes = [
-            scale * self.scales.tension / unit * np.diag(modes.modal(part)) / mass
-            for part, unit in zip(self.parts, self.units)
-        ]
-        squares = modes.eigenvalues * self.scales.tension * scale
-        slopes.append(-squares / areal_mass)
-        frequency = np.sqrt(squares) / (2 * np.pi)
-        gradient = np.column_stack(slopes) / (8 * np.pi**2 * frequency[:, None])
-        return Lines(frequency, tuple(names), gradient)

@@ -1,16 +1,19 @@
 """Step I: tension and Young's modulus are found from resonance frequencies alone."""
 
+import runpy
+
 import attrs
 import numpy as np
 import pytest
 
 import nanorom
+from nanorom import report
 from nanorom.assignment import assign
 from nanorom.bench import exact
 from nanorom.cli import main
-from nanorom.errors import FileError, SceneError
+from nanorom.errors import AmbiguityWarning, FileError, SceneError
 from nanorom.fem.spectrum import Spectrum
-from nanorom.identify import identify
+from nanorom.identify import EXCLUDED, identify
 from nanorom.measured import Resonances
 from nanorom.plots.resonances import spread
 
@@ -21,6 +24,7 @@ EXACT_TOLERANCE = 1e-6  # the scene's own
 GRADIENT_TOLERANCE = 1e-6
 DIFFERENCE_STEP = 2e-3  # relative; rounding of a frequency, 1e-10, then counts 1e-7
 DRAWS = 5
+RITZ_TOLERANCE = 1e-5  # it only has to find the start of the last steps
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +91,41 @@ def test_modes_that_were_not_seen_are_left_out(scene, frequency):
     assert list(found.label) == [LABELS[i] for i in seen]
 
 
+@pytest.mark.parametrize("draw", range(2))
+def test_five_modes_without_labels_are_told_from_all_others(scene, frequency, draw):
+    """Modes 1, 3, 4, 6 and 11: an earlier criterion preferred fewer unseen modes, 10 % off."""
+    seen = [0, 2, 3, 5, 10]
+    random = np.random.default_rng(draw)
+    noisy = frequency[seen] * (1 + NOISE * random.standard_normal(5))
+    found = identify(scene, measured(noisy))
+    assert list(found.label) == [LABELS[i] for i in seen]
+    assert found.value == pytest.approx(PAPER, rel=10 * NOISE)
+    assert not found.rivals
+
+
+def test_ritz_spectrum_is_that_of_the_finite_elements(scene):
+    spectrum = Spectrum(scene)
+    reduced = spectrum.reduced(28)
+    point = 0.321, 0.257, 3.5e-14, 2.267e-5
+    exact, found = spectrum(*point, 11), reduced(*point, 11)
+    assert found.frequency == pytest.approx(exact.frequency[:11], rel=RITZ_TOLERANCE)
+    assert found.label == exact.label[:11]
+    for i in range(4):
+        scale = np.abs(exact.gradient[:11, i]).max()
+        assert np.abs(found.gradient - exact.gradient[:11])[:, i].max() < 1e-3 * scale
+
+
+def test_readings_that_the_data_do_not_exclude_are_told(scene, frequency):
+    """As many frequencies as unknowns: every assignment fits, some with quite other values."""
+    with pytest.warns(AmbiguityWarning, match="other assignments"):
+        found = identify(scene, measured(frequency[[0, 2, 5]]))
+    assert found.rivals
+    assert all(rival.odds >= EXCLUDED for rival in found.rivals)
+    text = report.identification_text(found)
+    assert "Not excluded" in text
+    assert " ".join(found.rivals[0].label) in text
+
+
 def test_stated_uncertainties_set_the_intervals(scene, frequency):
     one = identify(scene, measured(frequency, LABELS, 1e-4 * frequency))
     ten = identify(scene, measured(frequency, LABELS, 1e-3 * frequency))
@@ -127,8 +166,14 @@ def test_assignment_skips_what_was_not_seen_and_keeps_labels():
     computed = np.log([1.0, 1.6, 2.1, 2.3, 2.6])
     names = list("abcde")
     seen = np.log([1.001, 2.102, 2.599])
-    assert assign(seen, ["", "", ""], computed, names).tolist() == [0, 2, 4]
-    assert assign(seen, ["", "d", ""], computed, names).tolist() == [0, 3, 4]
+    assert assign(seen, ["", "", ""], computed, names, 1e-3).tolist() == [0, 2, 4]
+    assert assign(seen, ["", "d", ""], computed, names, 1e-3).tolist() == [0, 3, 4]
+
+
+def test_assignment_prefers_many_unseen_modes_to_differences_beyond_the_noise():
+    computed, seen = np.log([1.0, 1.01, 1.02, 1.03, 1.04]), np.log([1.0, 1.04])
+    assert assign(seen, ["", ""], computed, list("abcde"), 1e-3).tolist() == [0, 4]
+    assert assign(seen, ["", ""], computed, list("abcde"), 1e-1).tolist() == [0, 1]
 
 
 def test_names_on_the_picture_do_not_overlap():
@@ -175,3 +220,12 @@ def test_command_prints_and_writes_what_was_found(tmp_path, scene, capsys):
     assert found.tension.x == pytest.approx(PAPER["tension_x"], rel=0.02)
     assert (tmp_path / "out" / "resonances.png").stat().st_size > 10_000
     assert "f41c" in capsys.readouterr().out
+
+
+def test_demo_finds_the_papers_drum_within_its_intervals(tmp_path):
+    main = runpy.run_path("demos/identify.py")["main"]
+    for found in main(tmp_path):
+        assert not found.rivals
+        for name, value in PAPER.items():
+            assert abs(found.value[name] - value) < found.interval[name]
+    assert (tmp_path / "resonances.png").stat().st_size > 10_000
