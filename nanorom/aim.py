@@ -1,19 +1,21 @@
 """Modal forces of a drive that is aimed: a Gaussian spot of light, or a point.
 
-J_r is the virtual work on mode r, int p phi_r dA per unit of the level.  It is taken from the mode
-shapes in the model, linear on their fine triangles (right to about 1e-3), so that a spot can be
-moved after the reduction; a uniform pressure, which needs no aim, comes with the model.
+J_r is the virtual work on mode r, int p phi_r dA per unit of the level.  The reduction computes it
+for the drive of its scene from the modes' own polynomials.  For any other aim it is taken from the
+shapes that the model keeps, linear on their fine triangles, right to about 1e-3.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.errors import ModelError, SceneError
+from nanorom import validation as v
+from nanorom.errors import AccuracyWarning, ModelError, SceneError
 from nanorom.excitation import Drive
 from nanorom.rom import ReducedModel, Shapes
 
@@ -49,8 +51,11 @@ def point(shapes: Shapes, position: Sequence[float]) -> Array:
 
 
 def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:
-    """The model with the drive's direct pattern; raises ModelError if it has no shapes."""
-    if drive.position is None:
+    """The model with the drive's direct pattern; raises ModelError if it has no shapes.
+
+    Warns with AccuracyWarning where the pattern has to be taken from the drawn shapes.
+    """
+    if drive.position is None or _made_for(model, drive):
         return model
     if model.shapes is None:
         raise ModelError("drive.position: the model has no mode shapes to aim at")
@@ -59,4 +64,19 @@ def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:
         force = spot(model.shapes, drive.position, drive.radius)
     else:
         force = point(model.shapes, drive.position)
+    warnings.warn(
+        "drive.position: the model was not reduced with this aim; its modal forces are taken from "
+        "the drawn shapes, right to about 1e-3",
+        AccuracyWarning,
+        stacklevel=3,
+    )
     return attrs.evolve(model, drive=model.drive | {drive.direct_pattern: force})
+
+
+def _made_for(model: ReducedModel, drive: Drive) -> bool:
+    """Whether the reduction computed this pattern: its scene's drive has the same aim."""
+    if drive.direct_pattern not in model.drive:
+        return False
+    own = v.parse_toml(model.scene).get("drive", {})
+    aims = [(d.direct_pattern, d.position, d.radius) for d in (drive, Drive(**own))]
+    return aims[0] == aims[1]

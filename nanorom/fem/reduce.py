@@ -24,6 +24,7 @@ from nanorom.fem import (
     film,
     labels,
     loaded,
+    patterns,
     quadrature,
     shapefile,
     shellreduce,
@@ -76,6 +77,7 @@ def reduce_scene(
     selected = np.array(scene.modes.numbers) - 1
     with watch.stage("patterns"):
         products = modal_products(modes)
+        aimed = patterns.aimed(modes, scene.drive, scales.length)
         points, cells, values, static = on_triangulation(solution, scales)
     diagnostics = solution.diagnostics | {
         "dofs": int(plate.deflections.dofmap.index_map.size_global),
@@ -99,7 +101,7 @@ def reduce_scene(
         damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
-        drive={"pressure": pressure},
+        drive={"pressure": pressure} | aimed,
         parametric={"tension": -products.slope, "paper": np.diag(pressure)},
         shapes=Shapes(points * scales.length, cells, values),
         static=static,

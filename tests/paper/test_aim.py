@@ -1,16 +1,20 @@
 """Modal forces of spots and points, from the shapes in the model."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.special import j0, j1, jn_zeros
+from scipy.optimize import minimize_scalar
+from scipy.special import j0, j1, jn_zeros, jv
 
 import nanorom
 from nanorom import aim
-from nanorom.errors import ModelError, SceneError
+from nanorom.errors import AccuracyWarning, ModelError, SceneError
 from nanorom.excitation import Drive, Sweep
 
 RADIUS = 2.5e-6
+FORCE_TOLERANCE = 1e-6  # the scene's own
 SHAPES_TOLERANCE = 2e-3  # linear triangles of the drawn shapes, relative to the J of f01
 
 
@@ -41,6 +45,77 @@ def test_spot_at_the_centre_is_an_integral_of_bessel_functions(model):
 
 def _intensity(r):
     return np.exp(-2 * r**2 / 0.4**2)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "radius"), [(0.0, 0.0, 0.4), (0.32, 0.2, 0.4), (-0.5, 0.3, 0.02), (0.9, 0.3, 0.3)]
+)
+def test_reduction_integrates_its_spot_as_bessel_functions_tell(model, x, y, radius):
+    """In the centre, off it, much smaller than a cell, and half over the edge."""
+    place = [x * RADIUS, y * RADIUS]
+    drive = Drive(1.0, direct_pattern="spot", position=place, radius=radius * RADIUS)
+    found = reduced_with(model, drive).drive["spot"] / RADIUS**2
+    exact = np.array([bessel_spot(label, x, y, radius) for label in model.label])
+    # a vanishing force has the rounding of the largest
+    assert found == pytest.approx(exact, abs=FORCE_TOLERANCE * np.abs(exact).max())
+
+
+def test_reduction_evaluates_its_shapes_at_a_point(model):
+    x, y = 0.37, -0.21
+    drive = Drive(1.0, direct_pattern="point", position=[x * RADIUS, y * RADIUS])
+    found = reduced_with(model, drive).drive["point"]
+    r, theta = np.hypot(x, y), np.arctan2(y, x)
+    exact = [bessel_shape(label, r, theta) for label in model.label]
+    assert found == pytest.approx(np.array(exact), abs=FORCE_TOLERANCE)
+
+
+def test_forces_of_another_aim_come_with_a_warning(model):
+    drive = Drive(1.0, direct_pattern="spot", position=[5e-7, 3e-7], radius=1e-6)
+    own = reduced_with(model, drive)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert aim.aimed(own, drive) is own
+    moved = Drive(1.0, direct_pattern="spot", position=[5e-7, 4e-7], radius=1e-6)
+    with pytest.warns(AccuracyWarning, match="drawn shapes"):
+        other = aim.aimed(own, moved)
+    difference = other.drive["spot"] - own.drive["spot"]
+    assert np.abs(difference).max() > SHAPES_TOLERANCE * own.drive["spot"][0]
+
+
+def test_reduction_refuses_a_point_beside_the_film(model):
+    with pytest.raises(SceneError, match="not on the film"):
+        reduced_with(model, Drive(1.0, direct_pattern="point", position=[3e-6, 0]))
+
+
+def reduced_with(model, drive):
+    scene = nanorom.Scene.from_toml(model.scene)
+    return nanorom.reduce(scene.with_(drive=drive, sweep=Sweep("0.9 f1", "1.1 f1")))
+
+
+def bessel_shape(label, r, theta):
+    """Mode of a membrane, its largest value 1."""
+    p, m = int(label[1]), int(label[2])
+    grid = np.linspace(0, 1, 4001)
+    zero = jn_zeros(p, m)[-1]
+    top = grid[np.abs(jv(p, zero * grid)).argmax()]
+    top = minimize_scalar(lambda s: -abs(jv(p, zero * s)), bounds=(top - 1e-3, top + 1e-3))
+    peak = abs(jv(p, zero * top.x)) if p else 1.0
+    turn = np.sin(p * theta) if label.endswith("s") else np.cos(p * theta)
+    return jv(p, zero * r) / peak * turn
+
+
+def bessel_spot(label, x, y, radius):
+    """Over the disc: Gauss in r, the trapezium rule in theta, on a grid fine near the spot."""
+    centre, at = np.hypot(x, y), np.arctan2(y, x)
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    near = np.linspace(max(centre - 4 * radius, 0), min(centre + 4 * radius, 1), 13)
+    edges = np.unique(np.concatenate([[0.0], near, [1.0]]))
+    half = np.diff(edges)[:, None] / 2
+    r = (edges[:-1, None] + half + half * nodes).ravel()[:, None]
+    theta = np.linspace(0, 2 * np.pi, 2000, endpoint=False)
+    away = r**2 + centre**2 - 2 * r * centre * np.cos(theta - at)
+    values = bessel_shape(label, r, theta) * np.exp(-2 * away / radius**2)
+    return float((half * weights).ravel() @ (values.mean(axis=1) * 2 * np.pi * r[:, 0]))
 
 
 def test_wide_spot_is_a_uniform_pressure(model):
