@@ -106,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
     where = "results; default: results/SCENE without .toml"
     sub.add_argument("-o", "--output", type=Path, metavar="DIR", help=where)
+    _add_groups(sub)
     _add_overrides(sub)
 
     sub = command("plan", _plan, "Say what a scene needs, what is skipped and why, and its cost.")
@@ -115,6 +116,7 @@ def _parser() -> argparse.ArgumentParser:
     sub = command("reduce", _reduce, "Reduce a scene to its modal model.")
     sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
     sub.add_argument("-o", "--output", type=Path, required=True, metavar="ROM", help="rom.h5")
+    _add_groups(sub)
     _add_overrides(sub)
 
     sub = command("tune", _tune, "Follow deflection and frequencies as a scene's [load] grows.")
@@ -209,6 +211,15 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--mesh-size", help='size of the cells ("0.2 um")')
 
 
+def _add_groups(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--groups",
+        default="1",
+        metavar="G",
+        help="under mpirun: groups of ranks that share load cases, each with the whole mesh",
+    )
+
+
 class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         import nanorom
@@ -256,7 +267,8 @@ def _run(options: argparse.Namespace) -> None:
     scene = _scene(options)
     directory = options.output or Path("results") / options.scene.stem
     with _progress() as progress:
-        summary = run(scene, directory, progress)
+        groups = _integer("--groups", options.groups)
+        summary = run(scene, directory, progress, groups=groups)
     if summary is not None and mpi_rank() == 0:
         total = sum(summary["seconds"].values())
         print(f"results in {directory} after {total:.1f} s")
@@ -275,7 +287,7 @@ def _reduce(options: argparse.Namespace) -> None:
     scene = _scene(options)
     check_writable(options.output)
     with _progress() as progress:
-        reduce(scene, progress, options.output)
+        reduce(scene, progress, options.output, _integer("--groups", options.groups))
 
 
 def _tune(options: argparse.Namespace) -> None:

@@ -46,24 +46,29 @@ def _finite_elements() -> Iterator[None]:
 
 
 def reduce(
-    scene: Scene, progress: Progress | None = None, path: str | Path | None = None
+    scene: Scene,
+    progress: Progress | None = None,
+    path: str | Path | None = None,
+    groups: int = 1,
 ) -> ReducedModel:
     """Reduce a scene to its modal model (steps I to IV of the paper), by finite elements.
 
-    Under MPI every rank calls it and gets the same model.  With a path the model is saved there;
-    until then a long STEP campaign keeps its finished load cases beside it, and the same call
-    goes on from them if it was interrupted.  Raises NanoromError if DOLFINx is not installed,
-    MeshError or SolverError if the scene cannot be solved, FileError if the file cannot be written.
+    Under MPI every rank calls it and gets the same model; ``groups`` says in how many groups the
+    ranks share load cases and classes of symmetry; those of one group share a mesh.
+    With a path the model is saved there; until then a long STEP campaign keeps its finished load
+    cases beside it, and the same call goes on from them if it was interrupted.  Raises
+    NanoromError if DOLFINx is not installed, MeshError or SolverError if the scene cannot be
+    solved, FileError if the file cannot be written.
     """
     with _finite_elements():
         from nanorom.fem import reduce_scene
     if path is None:
-        return reduce_scene(scene, progress)
+        return reduce_scene(scene, progress, groups=groups)
     path = Path(path)
     check_directory(path.parent)
     if path.parent.is_dir():
         check_writable(path)
-    model = reduce_scene(scene, progress, output=path)
+    model = reduce_scene(scene, progress, output=path, groups=groups)
     if mpi_rank() == 0:
         make_directory(path.parent)
         model.save(path)
@@ -90,12 +95,14 @@ def run(
     directory: str | Path,
     progress: Progress | None = None,
     processes: int | None = None,
+    groups: int = 1,
 ) -> dict[str, Any] | None:
     """Do everything a scene asks for and leave the results in a directory.
 
     Leaves rom.h5, modes.png and summary.json, and where the scene has a drive and a sweep also
     response.h5, response.png and amplitudes.png.  Returns what is in summary.json; under MPI on
-    rank 0, which alone writes.  ``processes`` is as for `nanorom.respond`.
+    rank 0, which alone writes.  ``processes`` is as for `nanorom.respond`, ``groups`` as for
+    `nanorom.reduce`.
     """
     directory = Path(directory)
     check_directory(directory)
@@ -103,7 +110,7 @@ def run(
         for name in FILES:
             check_writable(directory / name)
     start = time.perf_counter()
-    model = reduce(scene, progress, directory / "rom.h5")
+    model = reduce(scene, progress, directory / "rom.h5", groups)
     if mpi_rank() != 0:
         return None
     seconds = {"reduce": time.perf_counter() - start}

@@ -59,9 +59,10 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     totals, square = comm.allreduce(totals), comm.allreduce(square)
     total_energy = modes.eigenvalues * square
     diagonal = np.zeros(n_modes)
-    for i, parity in enumerate(modes.parities):
+    for parity in sorted(set(modes.parities)):
+        own = [i for i, p in enumerate(modes.parities) if p == parity]
         entries = modes.stiffness[parity].getDiagonal().array
-        diagonal[i] = np.sum(np.abs(entries) * modes.shapes[: modes.n_owned, i] ** 2)
+        diagonal[own] = np.abs(entries) @ modes.shapes[: modes.n_owned, own] ** 2
     # of the curvature at a point, not of the matrix's entries, which are its squares
     rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / total_energy)
     discretisation = 0.5 * extrapolated(totals[1], totals[0]) / total_energy

@@ -85,6 +85,10 @@ class Factors:
         self.matrix = matrix
         self.solver = solver
 
+    def reset(self) -> None:
+        """Free the factors, which are large, now. Collective."""
+        self.solver.reset()
+
     def solve_once(self, right_hand_sides: np.ndarray) -> np.ndarray:
         """Solutions (owned rows, m) for right-hand sides (owned rows, m), to the factors' digits.
 

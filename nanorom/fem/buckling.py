@@ -13,7 +13,7 @@ from slepc4py import SLEPc
 
 from nanorom.errors import SolverError
 from nanorom.fem import algebra, compat
-from nanorom.fem.modes import class_stiffness, free_deflections
+from nanorom.fem.modes import ClassStiffness, free_deflections
 from nanorom.fem.plate import Plate
 from nanorom.scene import Tension
 
@@ -48,7 +48,7 @@ def critical_factor(plate: Plate) -> float:
     springs = [stiffness.value.copy() for _, stiffness in plate.springs]
     try:
         plate.tension_x.value = plate.tension_y.value = 0.0
-        bending = class_stiffness(plate)
+        bending = ClassStiffness(plate)
         plate.tension_x.value, plate.tension_y.value = tension
         plate.bending_stiffness.value = 0.0
         for _, stiffness in plate.springs:

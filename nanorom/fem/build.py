@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import attrs
 import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import SceneError
-from nanorom.fem import compat, mesh
+from nanorom.fem import compat, groups, mesh
 from nanorom.fem.discretisation import Discretisation
 from nanorom.fem.plate import Plate
 from nanorom.fem.scales import Scales
@@ -18,9 +19,16 @@ FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direc
 
 
 def build_plate(
-    comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discretisation
+    comm: MPI.Comm,
+    scene: Scene,
+    scales: Scales,
+    chosen: Discretisation,
+    across: MPI.Comm = MPI.COMM_SELF,
 ) -> Plate:
-    """Mesh the scene and set up its plate with the scaled parameters. Collective."""
+    """Mesh the scene and set up its plate with the scaled parameters. Collective.
+
+    across : the ranks of this one's number in other groups of ranks.
+    """
     whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
     domain = mesh.build(
         comm,
@@ -31,6 +39,8 @@ def build_plate(
         whole,
         chosen.size_factor,
     )
+    domain = attrs.evolve(domain, across=across)
+    groups.check_alike(across, domain.mesh.geometry.x)
     kinds = boundary_kinds(scene, list(domain.facets), part)
     check_boundary(scene, domain, kinds)
     springs = {

@@ -13,13 +13,13 @@ by itself, for all load cases together.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import accuracy, algebra, compat, membrane, quadrature
+from nanorom.fem import accuracy, algebra, compat, groups, membrane, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.symmetry import Parity, product_parity
 
@@ -80,22 +80,31 @@ class FlatCases:
 
     def trilinear(self, q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> np.ndarray:
         """T_r (L, m) of amplitudes (L, m), columns of equal classes together. Collective."""
+        blocks = list(self._blocks(q1, q2, q3))
+
+        def work(own: Sequence[int]) -> dict[int, np.ndarray]:
+            return {i: self._trilinear(*(q[:, blocks[i]] for q in (q1, q2, q3))) for i in own}
+
         result = np.empty_like(q1)
-        for columns in self._groups(q1, q2, q3):
-            parts = (q1[:, columns], q2[:, columns], q3[:, columns])
-            result[:, columns] = self._trilinear(*parts)
+        for i, found in groups.shared(self.plate.domain.across, range(len(blocks)), work).items():
+            result[:, blocks[i]] = found
         return result
 
-    def _groups(self, *amplitudes: np.ndarray) -> Iterator[np.ndarray]:
-        """Columns in which the same classes move, at most `MOST_COLUMNS` at a time."""
+    def _blocks(self, *amplitudes: np.ndarray) -> Iterator[np.ndarray]:
+        """Columns in which the same classes move, at most `MOST_COLUMNS` at a time.
+
+        Every group of ranks has its share of them.
+        """
+        n_groups = self.plate.domain.across.size
         moving = [
             tuple(bool(q[own, i].any()) for q in amplitudes for own in self._members.values())
             for i in range(amplitudes[0].shape[1])
         ]
         for kind in sorted(set(moving)):
             columns = np.array([i for i, own in enumerate(moving) if own == kind])
-            for first in range(0, len(columns), MOST_COLUMNS):
-                yield columns[first : first + MOST_COLUMNS]
+            size = min(MOST_COLUMNS, -(-len(columns) // n_groups))
+            for first in range(0, len(columns), size):
+                yield columns[first : first + size]
 
     def _trilinear(self, q1: np.ndarray, q2: np.ndarray, q3: np.ndarray) -> np.ndarray:
         """T_r (L, m) of columns in which the same classes move."""

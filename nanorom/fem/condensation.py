@@ -15,11 +15,12 @@ pairs, and its own, smaller in-plane problem.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+import attrs
 import numpy as np
 
-from nanorom.fem import accuracy, algebra, compat, membrane, quadrature
+from nanorom.fem import accuracy, algebra, compat, groups, membrane, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity, product_parity
@@ -59,18 +60,16 @@ def stretching_products(
     """G (L, L, L, L) of deflections (local dofs, L), and its estimated error. Collective."""
     n_modes = len(parities)
     pairs = pairs_by_parity(parities)
-    displacements: dict[Parity, np.ndarray] = {}
-    if in_plane == "free":
-        displacements = _displacements(plate, shapes, pairs)
-    energy, largest = _pair_products(plate, shapes, pairs, displacements)
-    error = 0.0
-    for displacement in displacements.values():
-        longer, tail = accuracy.in_plane_tails(plate, displacement)
-        error = max(error, float(accuracy.extrapolated(tail, longer).max() / largest))
+
+    def work(own: Sequence[Parity]) -> dict[Parity, ClassProducts]:
+        return _class_products(plate, shapes, {p: pairs[p] for p in own}, in_plane)
+
+    found = groups.shared(plate.domain.across, list(pairs), work)
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
-        _unpack(plate.mirrors.copies * energy[parity], members, products)
-    return products, error
+        _unpack(plate.mirrors.copies * found[parity].energy, members, products)
+    largest = max(part.largest for part in found.values())
+    return products, max(part.error for part in found.values()) / largest
 
 
 def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
@@ -79,6 +78,33 @@ def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
     for j, k in zip(*np.triu_indices(len(parities))):
         found.setdefault(product_parity(parities[j], parities[k]), []).append((j, k))
     return {parity: np.array(members) for parity, members in sorted(found.items())}
+
+
+@attrs.frozen(eq=False)
+class ClassProducts:
+    """Products of the pairs of one parity.
+
+    energy: <E_jk, E_lm> (p, p); largest: of <S_jk, S_jk>; error: estimated, of the energy.
+    """
+
+    energy: np.ndarray
+    largest: float
+    error: float
+
+
+def _class_products(
+    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray], in_plane: str
+) -> dict[Parity, ClassProducts]:
+    """Products of the pairs of some parities. Collective."""
+    displacements: dict[Parity, np.ndarray] = {}
+    if in_plane == "free":
+        displacements = _displacements(plate, shapes, pairs)
+    energy, rigid = _pair_products(plate, shapes, pairs, displacements)
+    errors = dict.fromkeys(pairs, 0.0)
+    for parity, displacement in displacements.items():
+        longer, tail = accuracy.in_plane_tails(plate, displacement)
+        errors[parity] = float(accuracy.extrapolated(tail, longer).max())
+    return {p: ClassProducts(energy[p], rigid[p], errors[p]) for p in pairs}
 
 
 def _displacements(
@@ -91,12 +117,14 @@ def _displacements(
         membrane.add_load(plate, field, force, loads[parity])
     stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
     found = {}
-    for parity, load in loads.items():
+    for parity in list(loads):
+        load = loads.pop(parity)
         free = membrane.free_dofs(plate, parity)
         factors = algebra.Factorization(
             free.restrict(stiffness), "nanorom_in_plane_", "in-plane stiffness"
         )
         found[parity] = free.extended(-factors.solve(membrane.summed(plate, load)[free.local]))
+        factors.reset()
     return found
 
 
@@ -105,8 +133,8 @@ def _pair_products(
     shapes: np.ndarray,
     pairs: dict[Parity, np.ndarray],
     displacements: dict[Parity, np.ndarray],
-) -> tuple[dict[Parity, np.ndarray], float]:
-    """By parity: <E_jk, E_lm> (p, p) of the pairs' strains; and the largest <S_jk, S_jk>.
+) -> tuple[dict[Parity, np.ndarray], dict[Parity, float]]:
+    """By parity: <E_jk, E_lm> (p, p) of the pairs' strains, and the largest <S_jk, S_jk>.
 
     E = S + sym grad u; in equilibrium the product is stationary in u, so that an error of the
     in-plane solution enters squared.
@@ -121,8 +149,8 @@ def _pair_products(
             strain = strain + membrane.strain(plate, field, displacements[parity])
         energy[parity] += membrane.product(membrane.force(plate, strain) * weights, strain)
     comm = plate.domain.comm
-    largest = max(comm.allreduce(r).max() for r in rigid.values())
-    return {parity: comm.allreduce(e) for parity, e in energy.items()}, float(largest)
+    largest = {parity: float(comm.allreduce(r).max()) for parity, r in rigid.items()}
+    return {parity: comm.allreduce(e) for parity, e in energy.items()}, largest
 
 
 def _pair_strains(

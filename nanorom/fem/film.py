@@ -18,7 +18,7 @@ from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 from nanorom.fem import compat, quadrature
-from nanorom.fem.modes import class_stiffness
+from nanorom.fem.modes import ClassStiffness
 from nanorom.fem.plate import Attraction, Plate
 from nanorom.fem.shapes import bounding_box
 from nanorom.fem.statics import StaticProblem
@@ -192,7 +192,7 @@ def problem(film: Film, load: Load | None) -> StaticProblem:
     """Static problem of the film under a load (None: relaxation of its pre-stress)."""
     load = load or Load()
     even = film.plate.mirrors.even
-    linear = film.embed(class_stiffness(film.plate)[even])
+    linear = film.embed(ClassStiffness(film.plate)[even])
     energy = film.stretching_energy() + film.preload_energy()
     return StaticProblem(
         film.state, energy, load.form, load.nodal, film.fixed(even), constant=linear

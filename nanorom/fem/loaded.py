@@ -7,6 +7,8 @@ modes by a mass matrix without it, in the tensors as `condensation` does.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import attrs
 import numpy as np
 import ufl
@@ -34,15 +36,15 @@ def solve(plate: Plate, count: int) -> Modes:
     energy = plate.tangent_energy(film.u, film.w)
     second = ufl.derivative(ufl.derivative(energy, film.state), film.state)
     stretching = algebra.assemble(compat.form(second))
-    stiffness = eigen.class_stiffness(plate)
+    stiffness = eigen.ClassStiffness(plate)
     force = LinearForce(plate, film.state, film.w, energy + plate.linear_energy(film.w))
     mass = algebra.assemble(compat.form(plate.mass_form()))
     film_mass = film.embed(mass)
-    solvers = {}
+    totals = {}
     for parity, linear in stiffness.items():
-        total = film.embed(linear)
-        total.axpy(1.0, stretching, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        solvers[parity] = CoupledSolver(film, parity, total, film_mass, force)
+        totals[parity] = film.embed(linear)
+        totals[parity].axpy(1.0, stretching, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    solvers = {p: CoupledSolver(film, p, totals, film_mass, force) for p in totals}
     own_force = LinearForce.of(plate)
     return eigen.lowest_of_classes(plate, solvers, stiffness, mass, own_force, count)
 
@@ -54,14 +56,14 @@ class CoupledSolver(eigen.ClassSolver):
         self,
         film: Film,
         parity: Parity,
-        stiffness: PETSc.Mat,
+        stiffness: Mapping[Parity, PETSc.Mat],
         mass: PETSc.Mat,
         force: LinearForce,
     ) -> None:
         self.parity = parity
         self.film = film
         self.free = algebra.FreeDofs(film.space, film.fixed(parity))
-        self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
+        self._stiffness, self._mass = stiffness, mass
         self._linear_force = force
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))

@@ -92,10 +92,14 @@ class MeshData:
 
 @attrs.frozen
 class Domain:
-    """A distributed mesh and its boundary: physical curve -> local facet numbers."""
+    """A distributed mesh and its boundary: physical curve -> local facet numbers.
+
+    across: the ranks that hold the same part of it in other groups of ranks.
+    """
 
     mesh: Any
     facets: Mapping[str, np.ndarray]
+    across: MPI.Comm = MPI.COMM_SELF
 
     @property
     def comm(self) -> MPI.Comm:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import attrs
 import numpy as np
@@ -11,12 +11,12 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat
+from nanorom.fem import algebra, compat, groups
 from nanorom.fem.plate import Plate
 from nanorom.fem.ritz import Columns, LinearForce, polished
 from nanorom.fem.symmetry import Parity
 
-EIGEN_TOLERANCE = 1e-14  # of the eigensolver, relative to the eigenvalue
+EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
@@ -41,7 +41,7 @@ class Modes:
     eigenvalues: np.ndarray
     shapes: np.ndarray
     parities: list[Parity]
-    stiffness: dict[Parity, PETSc.Mat]
+    stiffness: Mapping[Parity, PETSc.Mat]
     mass: PETSc.Mat
     force: LinearForce
 
@@ -95,15 +95,15 @@ def solve(plate: Plate, count: int) -> Modes:
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
     mass = algebra.assemble(compat.form(plate.mass_form()))
-    stiffness, force = class_stiffness(plate), LinearForce.of(plate)
-    solvers = {p: ClassSolver(plate, p, k, mass, force) for p, k in stiffness.items()}
+    stiffness, force = ClassStiffness(plate), LinearForce.of(plate)
+    solvers = {p: ClassSolver(plate, p, stiffness, mass, force) for p in stiffness}
     return lowest_of_classes(plate, solvers, stiffness, mass, force, count)
 
 
 def lowest_of_classes(
     plate: Plate,
     solvers: Mapping[Parity, ClassSolver],
-    stiffness: dict[Parity, PETSc.Mat],
+    stiffness: Mapping[Parity, PETSc.Mat],
     mass: PETSc.Mat,
     force: LinearForce,
     count: int,
@@ -116,43 +116,65 @@ def lowest_of_classes(
             f"({size // 2} modes at most): refine the mesh or ask for fewer"
         )
     each = -(-count // len(solvers)) + EXTRA
-    for solver in solvers.values():
-        solver.compute(each)
+    _compute(plate, solvers, list(solvers), each)
     while True:
         found = np.sort(np.concatenate([s.eigenvalues for s in solvers.values()]))
         # beyond the last mode asked for by more than a cluster may be wide
         enough = found[count - 1] * (1 + NEAR) ** EXTRA
-        short = [s for s in solvers.values() if not s.exhausted and s.eigenvalues[-1] <= enough]
+        short = [
+            p for p, s in solvers.items() if not s.exhausted and s.eigenvalues[-1] <= enough
+        ]
         if not short:
             break
-        for solver in short:
-            solver.compute(2 * len(solver.eigenvalues))
+        _compute(plate, solvers, short, 2 * max(len(solvers[p].eigenvalues) for p in short))
     values, shapes, parities = _merged(solvers, count)
     return Modes(plate, values, shapes, parities, stiffness, mass, force)
 
 
-def class_stiffness(plate: Plate) -> dict[Parity, PETSc.Mat]:
+def _compute(
+    plate: Plate, solvers: Mapping[Parity, ClassSolver], classes: list[Parity], count: int
+) -> None:
+    """The ``count`` lowest modes of some classes, dealt out to the groups of ranks. Collective."""
+
+    def work(own: Sequence[Parity]) -> dict[Parity, tuple[np.ndarray, np.ndarray]]:
+        return {parity: solvers[parity].compute(count) for parity in own}
+
+    for parity, found in groups.shared(plate.domain.across, classes, work).items():
+        solvers[parity].eigenvalues, solvers[parity].vectors = found
+
+
+class ClassStiffness(Mapping[Parity, PETSc.Mat]):
     """Transverse stiffness on all degrees of freedom, by class of symmetry. Collective.
 
-    An even class has no slope across the mirror; a membrane needs no term for that.
+    An even class has no slope across the mirror; a membrane needs no term for that.  The matrix of
+    a class is made when it is asked for: all of them together are what fills the memory.
     """
-    base = algebra.assemble(compat.form(plate.stiffness_form()))
-    classes = plate.mirrors.classes
-    if not plate.bending or not plate.mirrors.axes:
-        return dict.fromkeys(classes, base)
-    form, mirrored = compat.form(plate.mirror_form()), {}
-    for axis, even in plate.even.items():
-        plate.set_parity((1,) * len(plate.even))
-        even.value = 1.0
-        mirrored[axis] = algebra.assemble(form)
-    stiffness = {}
-    for parity in classes:
-        matrix = base.copy()
-        for axis, odd in zip(plate.mirrors.axes, parity):
-            if not odd:
-                matrix.axpy(1.0, mirrored[axis], PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-        stiffness[parity] = matrix
-    return stiffness
+
+    def __init__(self, plate: Plate) -> None:
+        self._base = algebra.assemble(compat.form(plate.stiffness_form()))
+        self._axes = plate.mirrors.axes if plate.bending else ()
+        self._classes = plate.mirrors.classes
+        self._mirrored = {}
+        form = compat.form(plate.mirror_form()) if self._axes else None
+        for axis in self._axes:
+            plate.set_parity((1,) * len(plate.even))
+            plate.even[axis].value = 1.0
+            self._mirrored[axis] = algebra.assemble(form)
+
+    def __getitem__(self, parity: Parity) -> PETSc.Mat:
+        even = [axis for axis, odd in zip(self._axes, parity) if not odd]
+        if not even:
+            return self._base
+        matrix = self._base.copy()
+        for axis in even:
+            matrix.axpy(1.0, self._mirrored[axis], PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        return matrix
+
+    def __iter__(self) -> Iterator[Parity]:
+        return iter(self._classes)
+
+    def __len__(self) -> int:
+        return len(self._classes)
 
 
 def free_deflections(plate: Plate, parity: Parity) -> algebra.FreeDofs:
@@ -168,13 +190,13 @@ class ClassSolver:
         self,
         plate: Plate,
         parity: Parity,
-        stiffness: PETSc.Mat,
+        stiffness: Mapping[Parity, PETSc.Mat],
         mass: PETSc.Mat,
         force: LinearForce,
     ) -> None:
         self.parity = parity
         self.free = free_deflections(plate, parity)
-        self._k, self._m = self.free.restrict(stiffness), self.free.restrict(mass)
+        self._stiffness, self._mass = stiffness, mass
         self._linear_force = force
         self.plate = plate
         self.eigenvalues = np.empty(0)
@@ -185,10 +207,14 @@ class ClassSolver:
         """True when every mode that the mesh gives has been computed."""
         return len(self.eigenvalues) == self.free.size
 
-    def compute(self, count: int) -> None:
-        """Compute the ``count`` lowest modes, or all there are. Collective."""
-        count = min(count, self.free.size)
-        self.eigenvalues, self.vectors = lowest(self._k, self._m, count, self._force)
+    def compute(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """The ``count`` lowest eigenvalues, or all there are, and their vectors. Collective."""
+        k = self.free.restrict(self._stiffness[self.parity])
+        m = self.free.restrict(self._mass)
+        found = lowest(k, m, min(count, self.free.size), self._force)
+        k.destroy()
+        m.destroy()
+        return found
 
     def _force(self, vectors: np.ndarray) -> np.ndarray:
         """What the stiffness does to vectors (owned free rows, m). Collective."""
@@ -280,7 +306,9 @@ def lowest(
             f"mode {worst + 1} has a relative residual of {residual[worst]:.1e}, more than "
             f"{EIGEN_ACCEPTED:.0e}; refine the mesh or check the tension"
         )
-    if force is not None:
-        return polished(force, m, factors.solve_once, vectors)
     order = np.argsort(values)
-    return values[order], vectors[:, order]
+    values, vectors = values[order], vectors[:, order]
+    if force is not None:
+        values, vectors = polished(force, m, factors.solve_once, vectors)
+    solver.reset()  # large: not left to what frees objects at its own time
+    return values, vectors

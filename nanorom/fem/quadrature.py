@@ -128,6 +128,15 @@ def map_cells(
     return x, np.einsum("kqn,cnd->cqdk", basis[1:], nodes, optimize=True)
 
 
+def places(plate: Plate, cells: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Where (m, 2) the reference points (m, 2) of as many cells lie, one in each."""
+    mesh = plate.domain.mesh
+    nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], :2]
+    order = coordinate_order(nodes.shape[1])
+    basis = compat.reference_element(order, equispaced=True).tabulate(0, points)
+    return np.einsum("mn,mnd->md", np.asarray(basis).reshape(len(points), -1), nodes)
+
+
 def coordinate_order(n_nodes: int) -> int:
     """Order of a triangle's map with n nodes."""
     return int(round((np.sqrt(8 * n_nodes + 1) - 3) / 2))

@@ -34,6 +34,7 @@ from nanorom.fem import modes as eigen
 from nanorom.fem import step as stiffness_evaluation
 from nanorom.fem.build import build_plate, pulls_at_free_edge
 from nanorom.fem.cases import FlatCases
+from nanorom.fem.groups import Team, split
 from nanorom.fem.modes import Modes
 from nanorom.fem.plan import Plan
 from nanorom.fem.scales import Scales
@@ -54,10 +55,13 @@ def reduce_scene(
     progress: Progress | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     output: Path | None = None,
+    groups: int = 1,
 ) -> ReducedModel:
     """Reduced model of a scene. Collective: every rank gets the same model.
 
-    Load cases of STEP that an interrupted run left beside the ``output`` are not solved again.
+    The ranks share the mesh of a plate, or split into ``groups`` which each have the whole mesh
+    and share classes of symmetry and load cases.  Load cases of STEP that an interrupted run left
+    beside the ``output`` are not solved again.
     Raises SceneError, MeshError or SolverError with one line that names the cause.
     """
     if scene.plate.model == "beam":
@@ -69,10 +73,11 @@ def reduce_scene(
         return shellreduce.reduce_shell(
             scene, watch, comm, lambda plate: reduce_scene(plate, progress, comm)
         )
+    team = split(comm, groups)
     plan = Plan.of(scene)
     scales = plan.scales
     journal = Journal(output, key_of(scene, comm.size), comm)
-    solution = solve_to_tolerance(comm, plan, watch, journal)
+    solution = solve_to_tolerance(team, plan, watch, journal)
     modes, plate = solution.modes, solution.modes.plate
     selected = np.array(scene.modes.numbers) - 1
     with watch.stage("patterns"):
@@ -85,6 +90,7 @@ def reduce_scene(
         "degree": plate.degree,
         "mirrors": "".join(plate.mirrors.axes),
         "ranks": comm.size,
+        "groups": groups,
         **{f"seconds_{stage}": seconds for stage, seconds in watch.seconds.items()},
     }
     names, quadratic, cubic = solution.names, solution.quadratic, solution.cubic
@@ -114,7 +120,7 @@ def reduce_scene(
     )
     mass_matrix = modes.mass  # it keeps the film's communicator
     del solution, modes, plate, products
-    compat.free_memory(comm, mass_matrix.comm.tompi4py())
+    compat.free_memory(team.within, mass_matrix.comm.tompi4py())
     mass_matrix.destroy()
     return model if scene.damping is None else model.with_damping(scene.damping)
 
@@ -177,7 +183,7 @@ def key_of(scene: Scene, ranks: int) -> str:
 
 
 def solve_to_tolerance(
-    comm: MPI.Comm, plan: Plan, watch: Stopwatch, journal: Journal | None = None
+    team: Team, plan: Plan, watch: Stopwatch, journal: Journal | None = None
 ) -> Solution:
     """Solve on a mesh made for the tolerance, and again on finer ones until it is met.
 
@@ -185,17 +191,17 @@ def solve_to_tolerance(
     """
     tolerance = plan.scene.accuracy.tolerance
     if tolerance is None:
-        return solve(comm, plan, None, watch, journal)
+        return solve(team, plan, None, watch, journal)
     aim, solutions = tolerance, []
     for _ in range(MOST_MESHES):
-        solution = solve(comm, plan, aim, watch, journal)
+        solution = solve(team, plan, aim, watch, journal)
         solutions.append(solution)
         if solution.error <= tolerance:
             return solution
         if solution.diagnostics["error_rounding"] > tolerance / 2 or not can_refine(plan.scene):
             break
         aim *= min(0.3, tolerance / solution.error)
-        compat.free_memory(comm, solution.modes.mass.comm.tompi4py())
+        compat.free_memory(team.within, solution.modes.mass.comm.tompi4py())
     best = min(solutions, key=lambda solution: solution.error)
     warnings.warn(
         f"tolerance {tolerance:g} is not met: estimated error {best.error:.1e} "
@@ -213,7 +219,7 @@ def can_refine(scene: Scene) -> bool:
 
 
 def solve(
-    comm: MPI.Comm,
+    team: Team,
     plan: Plan,
     aim: float | None,
     watch: Stopwatch,
@@ -226,7 +232,7 @@ def solve(
         whole = not is_symmetric(scene) or scene.reduction.method != "direct"
         chosen = attrs.evolve(chosen, whole=whole)
     with watch.stage("mesh"):
-        plate = build_plate(comm, scene, scales, chosen)
+        plate = build_plate(team.within, scene, scales, chosen, team.across)
     units = state.Units.of(scene, scales.length, scales.tension)
     static = state.StaticState(plate)
     if not scene.flat or pulls_at_free_edge(plate):
@@ -236,7 +242,7 @@ def solve(
             if 0 < layer < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
                 finer = discretisation.choose(scene, scales.length, float(layer), aim)
                 finer = attrs.evolve(finer, whole=chosen.whole)
-                plate = build_plate(comm, scene, scales, finer)
+                plate = build_plate(team.within, scene, scales, finer, team.across)
                 static = state.solve(scene, units, plate)
     plate = static.plate
     with watch.stage("modes"):
@@ -265,6 +271,7 @@ def solve(
             "error_tensor": accuracy.of_tensor(cubic, errors, in_plane),
             "error_rounding": float(errors.rounding.max()),
         }
+        diagnostics = team.across.bcast(diagnostics)  # all groups decide alike
     named = [names[i] for i in selected]
     return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics)
 

@@ -182,15 +182,11 @@ def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     cell, mode = np.nonzero(size > 0.95 * largest)
     if len(cell) == 0:  # the largest values are on other ranks
         return mode, np.empty((0, 2)), np.empty(0)
-    reference = _climb(plate, cell, shapes[:, mode], grid[start[cell, mode]])
-    basis = compat.reference_element(plate.degree).tabulate(0, reference)
-    basis = np.asarray(basis).reshape(len(cell), -1)
     local = shapes[compat.cell_dofs(plate.deflections)[cell], mode[:, None]]
-    value = np.sum(basis * local, axis=1)
-    point = np.empty((len(cell), 2))
-    for i in range(len(cell)):
-        point[i] = quadrature.map_cells(plate, cell[i : i + 1], reference[i : i + 1])[0][0, 0, :2]
-    return mode, point, value
+    reference = _climb(plate.degree, local, grid[start[cell, mode]])
+    basis = compat.reference_element(plate.degree).tabulate(0, reference)
+    value = np.sum(np.asarray(basis).reshape(len(cell), -1) * local, axis=1)
+    return mode, quadrature.places(plate, cell, reference), value
 
 
 def lattice(n: int) -> np.ndarray:
@@ -200,19 +196,16 @@ def lattice(n: int) -> np.ndarray:
     return np.column_stack([i[inside], j[inside]]) / n
 
 
-def _climb(
-    plate: Plate, cell: np.ndarray, shapes: np.ndarray, start: np.ndarray
-) -> np.ndarray:
-    """Newton steps from lattice points to the extrema of shapes (dofs, m) in cells (m,).
+def _climb(degree: int, local: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Newton steps from lattice points to the extrema of fields (m, n) in a cell each.
 
     A step that leaves the triangle is pulled back to it: an extremum outside belongs to a
     neighbour, which climbs to it itself.
     """
-    element = compat.reference_element(plate.degree)
-    local = shapes[compat.cell_dofs(plate.deflections)[cell], np.arange(len(cell))[:, None]]
-    x, best, highest = start, start.copy(), np.zeros(len(cell))
+    element = compat.reference_element(degree)
+    x, best, highest = start, start.copy(), np.zeros(len(local))
     for _ in range(NEWTON_STEPS):
-        basis = np.asarray(element.tabulate(2, x)).reshape(6, len(cell), -1)
+        basis = np.asarray(element.tabulate(2, x)).reshape(6, len(local), -1)
         value, gx, gy, hxx, hxy, hyy = np.einsum("kmn,mn->km", basis, local)
         higher = np.abs(value) > highest
         best[higher], highest[higher] = x[higher], np.abs(value[higher])

@@ -54,7 +54,7 @@ class Spectrum:
             for constant in self.constants:
                 constant.value = 0.0
             part.value = 1.0
-            self.parts.append(eigen.class_stiffness(plate))
+            self.parts.append(dict(eigen.ClassStiffness(plate)))
         self.force = LinearForce.of(plate)
         self.units = np.array(units)
 
@@ -69,6 +69,8 @@ class Spectrum:
             for part, unit in zip(self.parts, self._squares_per)
         ]
         squares = modes.eigenvalues * self.scales.tension / self.scales.length**2 / areal_mass
+        del modes
+        compat.free_memory(self.mass.comm.tompi4py())
         return Lines.of(squares, np.column_stack(slopes), names, areal_mass)
 
     @property
@@ -121,7 +123,7 @@ class Spectrum:
             constant.value = weight
         matrices = {p: self._combined(weights, p) for p in self.plate.mirrors.classes}
         solvers = {
-            p: ClassSolver(self.plate, p, k, self.mass, self.force) for p, k in matrices.items()
+            p: ClassSolver(self.plate, p, matrices, self.mass, self.force) for p in matrices
         }
         modes = eigen.lowest_of_classes(
             self.plate, solvers, matrices, self.mass, self.force, count

@@ -11,7 +11,7 @@ equilibrium (SNES), and takes the consistent reaction of the deflection's degree
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations, groupby, permutations
 from typing import Any
 
@@ -21,7 +21,7 @@ import ufl
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import accuracy, algebra, compat, membrane
+from nanorom.fem import accuracy, algebra, compat, groups, membrane
 from nanorom.fem.cases import FlatCases
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
@@ -166,7 +166,12 @@ class StaticCases:
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""
-        return np.column_stack([self._force(column) for column in q.T])
+
+        def work(own: Sequence[int]) -> dict[int, np.ndarray]:
+            return {i: self._force(q[:, i]) for i in own}
+
+        found = groups.shared(self.plate.domain.across, range(q.shape[1]), work)
+        return np.column_stack(list(found.values()))
 
     def in_plane_error(self, amplitude: float) -> float:
         """Estimated error of the in-plane energy relative to the largest of a mode. Collective."""

@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from nanorom.errors import NanoromError
 from nanorom.fem import reduce_scene
 from nanorom.fem.discretisation import MESHES
 from nanorom.rom import ReducedModel
 from nanorom.scene import Accuracy, Load, MeshFile, Reduction
 from tests.fem.exact import RADIUS, drum, paper_drum
 
+SIZE = MPI.COMM_WORLD.size
 SAME = 1e-10  # of the largest entry
 FEW_CELLS = Accuracy(degree=5, mesh_size=RADIUS / 2)
 
@@ -34,6 +36,20 @@ def test_ranks_give_the_same_model(scene):
     assert_same(reduce_scene(scene), alone)
 
 
+@pytest.mark.parametrize("groups", [n for n in range(2, SIZE + 1) if SIZE % n == 0])
+@pytest.mark.parametrize("name", ["paper", "static load cases", "static load"])
+def test_groups_of_ranks_give_the_same_model(name, groups):
+    scene = SCENES[name]
+    alone = reduce_scene(scene, comm=MPI.COMM_SELF)
+    assert_same(reduce_scene(scene, groups=groups), alone)
+
+
+def test_ranks_are_dealt_out_evenly():
+    for groups in (0, SIZE + 1):
+        with pytest.raises(NanoromError, match="--groups: found"):
+            reduce_scene(SCENES["paper"], groups=groups)
+
+
 def assert_same(model, other):
     """All that goes into the file but times and number of ranks."""
     for field in attrs.fields(ReducedModel):
@@ -45,7 +61,7 @@ def assert_same(model, other):
 
 def untimed(diagnostics):
     """What a computation tells of itself, estimates of its errors and times apart."""
-    free = ("ranks", "seconds", "error", "asymmetry")
+    free = ("ranks", "groups", "seconds", "error", "asymmetry")
     return {name: value for name, value in diagnostics.items() if not name.startswith(free)}
 
 

@@ -1,0 +1,75 @@
+"""Two levels of parallel work: ranks of a group share a mesh, groups share what is independent.
+
+Classes of symmetry and static load cases do not wait for each other.  Every group has the whole
+mesh, in the same parts: the ranks with the same number in all groups hold the same degrees of
+freedom, and across them one group's results become everybody's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import TypeVar
+
+import attrs
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.errors import NanoromError, SolverError
+
+Item = TypeVar("Item", bound=Hashable)
+Result = TypeVar("Result")
+
+
+@attrs.frozen
+class Team:
+    """Ranks within a group, which share a mesh, and across: those of one number in all groups."""
+
+    within: MPI.Comm
+    across: MPI.Comm
+
+
+def split(comm: MPI.Comm, groups: int) -> Team:
+    """Deal ranks out to groups. Collective; raises NanoromError if that does not come out even."""
+    if groups < 1 or comm.size % groups:
+        raise NanoromError(
+            f"--groups: found {groups} with {comm.size} ranks; allowed: a number that divides that "
+            "of the ranks (mpirun -n)"
+        )
+    if groups == 1:
+        return Team(comm, MPI.COMM_SELF)
+    size = comm.size // groups
+    return Team(comm.Split(comm.rank // size), comm.Split(comm.rank % size))
+
+
+def shared(
+    across: MPI.Comm,
+    items: Sequence[Item],
+    work: Callable[[Sequence[Item]], dict[Item, Result]],
+) -> dict[Item, Result]:
+    """Results of all items, each of which one group works on. Collective.
+
+    ``work`` gives the results of some of the items; what it raises in one group is raised in all.
+    """
+    if across.size == 1:
+        return work(items)
+    own = items[across.rank :: across.size]
+    found: dict[Item, Result] = {}
+    error = None
+    try:
+        found = work(own) if own else {}
+    except NanoromError as raised:
+        error = raised
+    everything: dict[Item, Result] = {}
+    for part, raised_there in across.allgather((found, error)):
+        if raised_there is not None:
+            raise raised_there
+        everything |= part
+    return {item: everything[item] for item in items}
+
+
+def check_alike(across: MPI.Comm, array: np.ndarray) -> None:
+    """Raise SolverError unless an array is the same in all groups. Collective."""
+    if len(set(across.allgather(array.tobytes()))) > 1:
+        raise SolverError(
+            "--groups: the mesh was cut differently in two groups; use groups of one rank each"
+        )
