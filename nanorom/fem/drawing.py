@@ -8,6 +8,7 @@ from nanorom.fem import quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.shapes import lattice
 
+FEWEST_POINTS = 5_000  # high-order cells are large: linear triangles between them must not be
 MOST_POINTS = 20_000  # beyond it the cells are drawn with fewer points each
 MERGE = 1e-9  # of the film's size: nearer points are one
 
@@ -16,8 +17,9 @@ def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (P, 3), triangles (C, 3) and shapes (L, P), the same on every rank. Collective."""
     plate, comm = modes.plate, modes.plate.domain.comm
     n_cells = plate.domain.mesh.topology.index_map(2).size_global
-    fineness = plate.degree
-    while fineness > 1 and n_cells * plate.mirrors.copies * fineness**2 / 2 > MOST_POINTS:
+    cells = n_cells * plate.mirrors.copies
+    fineness = max(plate.degree, int(np.ceil(np.sqrt(2 * FEWEST_POINTS / cells))))
+    while fineness > 1 and cells * fineness**2 / 2 > MOST_POINTS:
         fineness -= 1
     reference = lattice(fineness)
     dimension = plate.domain.mesh.geometry.dim
@@ -31,12 +33,11 @@ def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     values_all = np.concatenate(comm.allgather(np.concatenate(values)))
     points_all, copied = plate.mirrors.unfold(points_all, values_all.T, modes.parities)
     values_all = copied.T
-    n_cells *= plate.mirrors.copies
     low, size = points_all.min(axis=0), np.ptp(points_all, axis=0).max()
     grid = np.rint((points_all - low) / (MERGE * size)).astype(np.int64)
     _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     small = _lattice_triangles(fineness)
-    start = np.arange(n_cells)[:, None, None] * len(reference)
+    start = np.arange(cells)[:, None, None] * len(reference)
     triangles = number.reshape(-1)[(start + small).reshape(-1, 3)]
     triangles = np.sort(triangles, axis=1)
     triangles = triangles[np.lexsort(triangles.T[::-1])]  # the same whatever the partition

@@ -40,14 +40,15 @@ def is_homogeneous(plate: Plate) -> bool:
 
 
 def fitted(
-    modes: Modes, centres: np.ndarray, inside: np.ndarray
+    modes: Modes, owners: np.ndarray, centres: np.ndarray, inside: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n,) of the shapes at points (n, 2), and their estimated errors. Collective.
+    """Values (n,) of shapes at points (n, 2), and their estimated errors. Collective.
 
-    inside: (n,) distances of the points from the film's edge.
+    owners: (n,) the mode whose value is taken at a point; inside: (n,) distances of the points
+    from the film's edge.
     """
-    radii = np.array([_radius(modes, i, distance) for i, distance in enumerate(inside)])
-    values, smaller = _values(modes, centres, radii, (1.0, SMALLER))
+    radii = np.array([_radius(modes, i, distance) for i, distance in zip(owners, inside)])
+    values, smaller = _values(modes, owners, centres, radii, (1.0, SMALLER))
     return values, np.abs(values - smaller)
 
 
@@ -78,7 +79,11 @@ def _radius(modes: Modes, i: int, inside: float) -> float:
 
 
 def _values(
-    modes: Modes, centres: np.ndarray, radii: np.ndarray, shares: tuple[float, ...]
+    modes: Modes,
+    owners: np.ndarray,
+    centres: np.ndarray,
+    radii: np.ndarray,
+    shares: tuple[float, ...],
 ) -> np.ndarray:
     """Values (s, n) at the centres of waves fitted to the shapes on discs.
 
@@ -86,16 +91,16 @@ def _values(
     triangular factors of every chunk of cells and of every rank are stacked: no normal equations.
     Collective.
     """
-    plate, n_modes = modes.plate, len(radii)
+    plate, n_modes = modes.plate, modes.shapes.shape[1]
     factors: dict[tuple[int, int], list[np.ndarray]] = {
-        (disc, i): [] for disc in range(len(shares)) for i in range(n_modes)
+        (disc, n): [] for disc in range(len(shares)) for n in range(len(owners))
     }
-    samples = np.zeros((len(shares), n_modes))
+    samples = np.zeros((len(shares), len(owners)))
     for field in quadrature.fields_at(plate, *_rule(plate), columns=4 * n_modes):
         values = field.value(modes.shapes).reshape(-1, n_modes).T
         points, values = plate.mirrors.unfold(field.points.reshape(-1, 2), values, modes.parities)
         weights = np.tile(field.weights.ravel(), plate.mirrors.copies)
-        for i, (centre, radius) in enumerate(zip(centres, radii)):
+        for n, (i, centre, radius) in enumerate(zip(owners, centres, radii)):
             away = points - centre
             ratio = np.einsum("nd,nd->n", away, away) / radius**2
             near = ratio < 1
@@ -103,18 +108,18 @@ def _values(
             for disc, share in enumerate(shares):
                 weight = weights[near] * np.maximum(1 - ratio[near] / share**2, 0.0) ** SMOOTHNESS
                 inner = weight > 0
-                samples[disc, i] += inner.sum()
+                samples[disc, n] += inner.sum()
                 rows = np.sqrt(weight[inner])[:, None] * columns[inner]
-                factors[disc, i].append(np.asarray(np.linalg.qr(rows, mode="r")))
+                factors[disc, n].append(np.asarray(np.linalg.qr(rows, mode="r")))
     comm = plate.domain.comm
     samples = comm.allreduce(samples)
-    found = np.full((len(shares), n_modes), np.nan)
-    for (disc, i), own in factors.items():
+    found = np.full((len(shares), len(owners)), np.nan)
+    for (disc, n), own in factors.items():
         stacked = np.concatenate([part for parts in comm.allgather(own) for part in parts])
         weighted, shape = stacked[:, :-1], stacked[:, -1]
-        if samples[disc, i] > 2 * weighted.shape[1]:
+        if samples[disc, n] > 2 * weighted.shape[1]:
             amplitudes = np.linalg.lstsq(weighted, shape, rcond=CUTOFF)[0]
-            found[disc, i] = (_waves(modes, i, np.zeros((1, 2)), radii[i]) @ amplitudes)[0]
+            found[disc, n] = (_waves(modes, owners[n], np.zeros((1, 2)), radii[n]) @ amplitudes)[0]
     return found
 
 

@@ -23,8 +23,9 @@ from nanorom.fem.symmetry import AXES, line
 
 SPLIT = 1e-3  # of the anisotropy (between -1 and 1), below which it does not decide
 TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decides
-SAME = 1e-6  # extrema closer than this (relative) are equal to symmetry
+SAME = 1e-6  # extrema closer than this (relative) to the largest may be larger
 ANGLE_TIE = 0.02  # radians below the +x axis that still count as on it
+ONE_PEAK = 0.01  # of half the film's longer side: extrema closer than this are one
 CENTRE = 1e-3  # of the film's half width: points nearer to its centre have no angle
 NEWTON_STEPS = 8
 FLAT = 1e-6  # smallest curvature, relative, along which a Newton step is taken
@@ -100,8 +101,8 @@ def extent(plate: Plate) -> tuple[np.ndarray, float]:
 
 def normalise(modes: Modes) -> Modes:
     """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective."""
-    values, _, _ = _peaks(modes.plate, modes.shapes)
-    return attrs.evolve(modes, shapes=modes.shapes / values)
+    extrema = _Extrema.of(modes.plate, modes.shapes)
+    return attrs.evolve(modes, shapes=modes.shapes / extrema.largest())
 
 
 def normalise_film(modes: Modes, stiffening: float = 0.0) -> tuple[Modes, ModeErrors]:
@@ -111,46 +112,76 @@ def normalise_film(modes: Modes, stiffening: float = 0.0) -> tuple[Modes, ModeEr
     for `accuracy.of_modes`.  Collective.
     """
     plate = modes.plate
-    values, places, there = _peaks(plate, modes.shapes)
+    extrema = _Extrema.of(plate, modes.shapes)
+    values = extrema.largest()
     errors = accuracy.of_modes(modes, stiffening)
     scale = errors.scale
     if peaks.is_homogeneous(plate):
-        fitted, deviation = peaks.fitted(modes, places, _inside(plate, places))
-        deviation /= np.abs(values)
-        better = deviation < scale
-        values = np.where(better, values * np.abs(fitted / there), values)
-        scale = np.where(better, deviation, scale)
+        mode, places = extrema.peaks(np.minimum(scale + SAME, TIE))
+        found, deviations = peaks.fitted(modes, mode, places, _inside(plate, places))
+        for i, value in enumerate(values):
+            own = np.flatnonzero(mode == i)
+            highest = own[np.argmax(np.nan_to_num(np.abs(found[own])))]
+            deviation = deviations[highest] / np.abs(value)
+            if deviation < scale[i]:
+                values[i], scale[i] = np.copysign(found[highest], value), deviation
     return attrs.evolve(modes, shapes=modes.shapes / values), attrs.evolve(errors, scale=scale)
 
 
-def _peaks(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Largest |phi| (n,) of every shape, signed, its place (n, 2) and the value there (n,).
+@attrs.frozen(eq=False)
+class _Extrema:
+    """Local extrema near the largest |phi| of n modes, on every rank those of the whole mesh.
 
-    The sign is that at the largest |phi| of smallest angle from +x.  The value at the place may
-    be less than the largest by `SAME`, where several are equal but for rounding.
+    mode: (m,) to which an extremum belongs; place: (m, 2); value: (m,); away: (m, 2) distance from
+    the film's centre and angle from +x; unit: half the film's longer side.
     """
-    mode, point, value = _extrema(plate, shapes)
-    gathered = plate.domain.comm.allgather((mode, point, value))
-    mode, point, value = (np.concatenate(parts) for parts in zip(*gathered))
-    centre, radius = extent(plate)
-    away = point - centre
-    angle = np.mod(np.arctan2(away[:, 1], away[:, 0]) + ANGLE_TIE, 2 * np.pi)
-    distance = np.linalg.norm(away, axis=1)
-    angle[distance < CENTRE * radius] = 0.0
-    values, there = np.empty((2, shapes.shape[1]))
-    places = np.empty((shapes.shape[1], 2))
-    for i in range(len(values)):
-        size = np.where(mode == i, np.abs(value), 0.0)
 
-        def first(tie: float, size: np.ndarray = size) -> int:
-            tied = np.flatnonzero(size > (1 - tie) * size.max())
+    mode: np.ndarray
+    place: np.ndarray
+    value: np.ndarray
+    away: np.ndarray
+    unit: float
+
+    @classmethod
+    def of(cls, plate: Plate, shapes: np.ndarray) -> _Extrema:
+        gathered = plate.domain.comm.allgather(_extrema(plate, shapes))
+        mode, place, value = (np.concatenate(parts) for parts in zip(*gathered))
+        centre, radius = extent(plate)
+        x, y = (place - centre).T
+        angle = np.mod(np.arctan2(y, x) + ANGLE_TIE, 2 * np.pi)
+        distance = np.hypot(x, y)
+        angle[distance < CENTRE * radius] = 0.0
+        return cls(mode, place, value, np.column_stack([distance, angle]), radius)
+
+    def largest(self) -> np.ndarray:
+        """Largest |phi| (n,), with the sign that phi has at the one of smallest angle from +x."""
+        values = np.empty(self.mode.max() + 1)
+        for i in range(len(values)):
+            tied, size = self._tied(i, TIE)
+            distance, angle = self.away[tied].T
             # on one ray from the centre, the nearest
-            order = np.lexsort((distance[tied], np.rint(angle[tied] / ANGLE_TIE)))
-            return int(tied[order[0]])
+            first = tied[np.lexsort((distance, np.rint(angle / ANGLE_TIE)))[0]]
+            values[i] = size * np.sign(self.value[first])
+        return values
 
-        values[i] = size.max() * np.sign(value[first(TIE)])
-        places[i], there[i] = point[first(SAME)], value[first(SAME)]
-    return values, places, there
+    def peaks(self, ties: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Modes (k,) and places (k, 2) of what may be a mode's peak: within ties (n,) of it."""
+        modes, places = [], []
+        for i, tie in enumerate(ties):
+            left, _ = self._tied(i, tie)
+            left = left[np.argsort(-np.abs(self.value[left]), kind="stable")]
+            while len(left):
+                modes.append(i)
+                places.append(self.place[left[0]])
+                # cells beside that of the peak climb to their edge only: somewhat lower
+                apart = np.linalg.norm(self.place[left] - places[-1], axis=1)
+                left = left[apart > ONE_PEAK * self.unit]
+        return np.array(modes), np.array(places)
+
+    def _tied(self, i: int, tie: float) -> tuple[np.ndarray, float]:
+        """Extrema of a mode that are its largest but for a relative difference; its |phi|."""
+        size = np.where(self.mode == i, np.abs(self.value), 0.0)
+        return np.flatnonzero(size > (1 - tie) * size.max()), float(size.max())
 
 
 def _inside(plate: Plate, places: np.ndarray) -> np.ndarray:
