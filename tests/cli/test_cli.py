@@ -96,7 +96,7 @@ def test_run_leaves_model_response_pictures_and_summary(results):
 
 def test_run_names_its_results_after_the_scene(scene, monkeypatch):
     asked = []
-    monkeypatch.setattr("nanorom.workflow.run", lambda scene, where, **_: asked.append(where))
+    monkeypatch.setattr("nanorom.workflow.run", lambda scene, where, *_, **__: asked.append(where))
     assert main(["run", str(scene)]) == 0
     assert asked == [Path("results/drum")]
 
