@@ -79,10 +79,13 @@ def _distributed(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, domain: 
 
 def _shared_facet_partitioner() -> Any:
     # interior-facet integrals need the cells on both sides of a facet between two ranks
-    try:
-        return dolfinx.mesh.create_cell_partitioner(dolfinx.mesh.GhostMode.shared_facet)
-    except (AttributeError, TypeError):
-        return None  # 0.5 ghosts shared facets by default
+    ghosts = dolfinx.mesh.GhostMode.shared_facet
+    for arguments in ((ghosts,), (ghosts, 2)):  # 0.11 asks how many cells may share a facet
+        try:
+            return dolfinx.mesh.create_cell_partitioner(*arguments)
+        except (AttributeError, TypeError):
+            continue
+    return None  # 0.5 ghosts shared facets by default
 
 
 def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
@@ -114,7 +117,8 @@ def cell_dofs(space: Any) -> np.ndarray:
 
 def cell_nodes(mesh: Any) -> np.ndarray:
     """Local geometry nodes of every local and ghost cell, (c, n), vertices first."""
-    nodes = mesh.geometry.dofmap
+    maps = getattr(mesh.geometry, "dofmaps", None)
+    nodes = maps[0] if isinstance(maps, list) else mesh.geometry.dofmap  # >= 0.11 has a list
     if not isinstance(nodes, np.ndarray):
         nodes = nodes.array.reshape(nodes.num_nodes, -1)
     return nodes
