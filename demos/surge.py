@@ -2,10 +2,12 @@
 
 The equations of the drum without bending (demos/fig3.py, eleven modes) are integrated while the
 drive frequency rises in small steps from the doubled branch of f01 on, as an instrument would do
-it.  Beyond the Neimark-Sacker points near f21 the motion is not periodic.  At low levels it falls
-down.  At a higher level it surges: it lands on a branch of periodic motion that is not connected
-to the one that starts at 2 f01, which continuation alone cannot find.  From an orbit of the sweep
-that branch is followed at all levels.
+it.  Beyond the Neimark-Sacker points near f21 the motion is irregular.  Either it falls down, or it
+surges: it lands on a branch of periodic motion that is not connected to the one that starts at
+2 f01.  Which of the two, and where, depends on the smallest differences of state and steps.
+
+The detached branch is found without luck from f01 and f02 alone: their doubled branch, embedded in
+the eleven modes, is a guess from which all of them are corrected together.
 
     python demos/surge.py [DIRECTORY [FIG3]]     leaves surge.png; FIG3: results of fig3.py, whose
                                                  branches are made anew if missing
@@ -20,21 +22,20 @@ import numpy as np
 import phenomena as ph
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from scipy.integrate import odeint
 
 import nanorom
 from nanorom.aim import aimed
 from nanorom.continuation import PeriodicOrbit, explore
-from nanorom.continuation.sweep import equations, sweep
+from nanorom.continuation.sweep import sweep
 from nanorom.files import make_directory
 from nanorom.plots.style import COLUMN, save, styled
 
-LEVELS = (1.6, 2.0, 2.4)  # the last one surges
+LEVELS = (1.6, 2.0, 2.4)
 START, STOP, STEP = 2.36, 4.1, 0.02  # drive frequency by f01
 PERIODS = 150  # of the drive, waited at most at each frequency
 ALIVE = 0.5  # of the largest f01 of a sweep; below, it has fallen down
-SEED = 3.24  # f01: where an orbit is taken from a sweep that surges
-HARMONICS, SAMPLES = 20, 256  # of that orbit, over its two periods of the drive
+PLAIN = ("f01", "f02")  # modes of the first guess of the detached branch
+SEED = 3.0  # f01: where that guess is taken
 NEAR, REACH = 0.03, 1.35  # range of the base branch about it, and how far the detached one goes
 
 
@@ -45,7 +46,7 @@ def main(directory="results/surge", source="results/fig3", levels=LEVELS, stop=S
     ratios = np.arange(START + STEP, stop, STEP)
     unit = fig3.levels(model, [1.0])
     system = aimed(model, unit).system(unit.direct_pattern, unit.parametric_pattern)
-    swept, falls, seed = [], [], None
+    swept, falls = [], []
     for level, diagram in zip(levels, diagrams):
         branch = ph.first_branch(diagram, model)
         before = branch.stable & (branch.omega / tau / f1 < START)
@@ -55,10 +56,7 @@ def main(directory="results/surge", source="results/fig3", levels=LEVELS, stop=S
         found = sweep(system, tau * f1 * ratios, *drive, state=state, periods=PERIODS)
         swept.append(found.amplitude[:, 0])
         falls.append(float(ratios[swept[-1] > ALIVE * swept[-1].max()].max()))
-        place = int(np.abs(ratios - SEED).argmin())
-        if falls[-1] > SEED + STEP:
-            seed = orbit_of(system.scaled(*drive), tau * f1 * ratios[place], found.state[place])
-    detached = [follow(system, model, unit, level, seed) for level in levels]
+    detached = [follow(system, model, unit, level) for level in levels]
     print_rows(model, levels, diagrams, falls, detached, ratios[-1])
     path = make_directory(directory) / "surge.png"
     draw(model, diagrams, detached, ratios, swept, levels, path)
@@ -80,25 +78,28 @@ def branches(folder, levels):
     return model, nanorom.respond(model, fig3.levels(model, levels), around).diagrams
 
 
-def orbit_of(scaled, omega, state):
-    """The motion of two drive periods from a state on, as a periodic orbit near a true one."""
-    size = scaled.size
-    unit = np.repeat([scaled.amplitude, scaled.amplitude * scaled.frequency], size)
-    rate = omega / scaled.frequency
-    times = np.arange(SAMPLES) / SAMPLES * 2 * tau / rate
-    options = {"tfirst": True, "rtol": 1e-8, "atol": 1e-11}
-    motion = odeint(equations(scaled, rate), state / unit, times, **options)[:, :size]
-    spectrum = np.fft.rfft(motion * scaled.amplitude, axis=0)[: HARMONICS + 1] / SAMPLES
-    coefficients = np.zeros((2 * HARMONICS + 1, size))
-    coefficients[0] = spectrum[0].real
-    coefficients[1::2], coefficients[2::2] = 2 * spectrum[1:].real, -2 * spectrum[1:].imag
-    return PeriodicOrbit(coefficients, omega, 2)
+def seed_of(model, unit, level):
+    """The stable doubled orbit of f01 and f02 at `SEED`, as one of all modes."""
+    plain = model.select(PLAIN)
+    drive = nanorom.Drive(
+        level * unit.direct[0],
+        level * unit.parametric[0],
+        parametric_pattern="paper",
+        **fig3.SPOT,
+    )
+    around = nanorom.Sweep("1.95 f1", "2.05 f1", tolerance=fig3.TOLERANCE)
+    (diagram,) = nanorom.respond(plain, drive, around, processes=1).diagrams
+    branch = ph.first_branch(diagram, plain)
+    distance = np.abs(branch.omega / tau / model.frequency[0] - SEED)
+    orbit = branch.orbit(int(np.where(branch.stable, distance, np.inf).argmin()))
+    coefficients = np.zeros((len(orbit.coefficients), model.size))
+    coefficients[:, [model.label.index(label) for label in PLAIN]] = orbit.coefficients
+    return PeriodicOrbit(coefficients, orbit.omega, 2)
 
 
-def follow(system, model, unit, level, seed):
+def follow(system, model, unit, level):
     """The detached branch at a level and its stable stretches; (None, []) if there is none."""
-    if seed is None:
-        return None, []
+    seed = seed_of(model, unit, level)
     drive = level * unit.direct[0], level * unit.parametric[0]
     near = ((1 - NEAR) * seed.omega, (1 + NEAR) * seed.omega)
     options = {"depth": 0, "tolerance": fig3.TOLERANCE, "reach": REACH, "seeds": [seed]}
