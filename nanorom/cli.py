@@ -178,6 +178,12 @@ def _parser() -> argparse.ArgumentParser:
     sub = command("plot", _plot, "Draw a rom.h5 (mode gallery), a response.h5 or a tuning.h5.")
     sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
     sub.add_argument(
+        "--data",
+        type=Path,
+        metavar="MEASURED",
+        help="CSV to draw over a response: frequency, amplitude (unit), sweep, level",
+    )
+    sub.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
     )
 
@@ -389,6 +395,13 @@ def _plot(options: argparse.Namespace) -> None:
     directory = options.file.parent if options.output is None else options.output
     check_directory(directory)
     kind, content = _load(options.file)
+    measured = None
+    if options.data is not None:
+        from nanorom.measured import MeasuredResponse
+
+        if kind == "rom":
+            raise FileError(f"{options.file}: --data goes with a response.h5, not with a model")
+        measured = MeasuredResponse.from_file(options.data)
     from nanorom import plots
 
     make_directory(directory)
@@ -397,7 +410,7 @@ def _plot(options: argparse.Namespace) -> None:
     elif kind == "curve":
         plots.load_curve(content, directory / options.file.with_suffix(".png").name)
     else:
-        plots.response_figure(content, directory / "response.png")
+        plots.response_figure(content, directory / "response.png", measured)
         plots.amplitude_panels(content, directory / "amplitudes.png")
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from nanorom.errors import AmbiguityWarning, NanoromError, SceneError
+from nanorom.errors import AmbiguityWarning, SceneError
 from nanorom.fit import Fit
 from nanorom.measured import Resonances
 from nanorom.scene import Scene, Tension
@@ -126,13 +126,10 @@ def identify(
 
 
 def _spectrum(scene: Scene) -> Spectrum:
-    try:
+    from nanorom.workflow import finite_elements
+
+    with finite_elements():
         from nanorom.fem.spectrum import Spectrum
-    except ImportError as error:
-        raise NanoromError(
-            f"computing resonances needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
-            "use ./run or the container image"
-        ) from error
     return Spectrum(scene)
 
 

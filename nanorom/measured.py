@@ -61,29 +61,55 @@ class Resonances:
 
 
 @attrs.frozen(eq=False)
-class MeasuredResponse:
-    """A measured response: frequency (n,) Hz, amplitude (n,), its unit and (n,) names of traces.
+class Trace:
+    """A measured response in one sweep: frequency (n,) Hz and amplitude (n,), level and direction.
 
-    unit: "m" where the amplitude is a length, else as in the file ("dBm", "mV"), "" for none.
+    direction: "up", "down" or "" where it is not known; level: as in the file.
     """
 
     frequency: Array
     amplitude: Array
+    level: str
+    direction: str
+
+
+@attrs.frozen(eq=False)
+class MeasuredResponse:
+    """A measured response: its traces, and the unit of their amplitudes.
+
+    unit: "m" where the amplitude is a length, else as in the file ("mV", "a.u.", "dBm").
+    """
+
+    traces: tuple[Trace, ...]
     unit: str
-    trace: tuple[str, ...]
 
     @classmethod
     def from_file(cls, path: str | Path) -> MeasuredResponse:
-        """Read columns frequency, amplitude and trace (optional: a drive level or sweep)."""
+        """Read columns frequency, amplitude, level and sweep (the last two optional).
+
+        The heading of the amplitude has its unit; sweep is up or down.  Raises FileError.
+        """
         table = _Table(path)
         frequency = table.numbers("frequency", "Hz", "Hz")
+        if (frequency <= 0).any():
+            raise FileError(f"{path}: frequency: found a value that is not greater than 0")
         unit = table.units.get("amplitude", "")
-        try:
-            amplitude, unit = table.numbers("amplitude", "m", "m" if not unit else ""), "m"
-        except FileError:
-            table.units["amplitude"] = ""
-            amplitude = table.numbers("amplitude")
-        return cls(frequency, amplitude, unit, table.text("trace"))
+        if "amplitude" in table.columns and not unit:
+            raise FileError(
+                f"{path}: amplitude: found no unit; name the column 'amplitude (nm)', "
+                "'amplitude (mV)' or 'amplitude (a.u.)'"
+            )
+        amplitude = table.numbers("amplitude", "m" if is_length(unit) else "")
+        level, direction = table.text("level"), table.text("sweep")
+        for line, word in enumerate(direction, 2):
+            if word not in ("up", "down", ""):
+                raise FileError(f"{path}: line {line}, sweep: found {word!r}; allowed: up, down")
+        kinds = list(zip(level, direction))
+        traces = []
+        for kind in dict.fromkeys(kinds):
+            own = np.array([other == kind for other in kinds])
+            traces.append(Trace(frequency[own], amplitude[own], *kind))
+        return cls(tuple(traces), "m" if is_length(unit) else unit)
 
 
 class _Table:
@@ -120,17 +146,29 @@ class _Table:
         length = len(next(iter(self.columns.values())))
         return tuple(self.columns.get(name, [""] * length))
 
-    def numbers(self, name: str, unit: str = "1", default: str = "") -> Array:
-        """A column in an SI unit; ``default`` is the unit of a heading that has none."""
+    def numbers(self, name: str, unit: str, default: str = "") -> Array:
+        """A column in an SI unit, or as it stands where that is ""; raises FileError.
+
+        ``default`` is the unit of a heading that has none.
+        """
         if name not in self.columns:
             found = ", ".join(self.columns)
             raise FileError(f"{self.path}: found no column {name!r}; it has {found}")
-        shown = self.units[name] or default
+        shown = (self.units[name] or default) if unit else ""
         values = []
         for line, cell in enumerate(self.columns[name], 2):
             text = f"{cell} {shown}" if _PLAIN.fullmatch(cell) else cell
             try:
-                values.append(to_si(text, unit, f"line {line}, {name}"))
+                values.append(to_si(text, unit or "1", f"line {line}, {name}"))
             except SceneError as error:
                 raise FileError(f"{self.path}: {error}") from None
         return np.array(values)
+
+
+def is_length(unit: str) -> bool:
+    """Whether a unit is one of length."""
+    try:
+        to_si(f"1 {unit}", "m", "unit")
+    except SceneError:
+        return False
+    return True

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 
 def model_text(model: ReducedModel) -> str:
     """A table of the modes and what the reduction reports about itself."""
+    return _table(model_rows(model)) + "\n\n" + _list(model_facts(model))
+
+
+def model_rows(model: ReducedModel) -> list[tuple[str, ...]]:
+    """The modes: names of the columns, their units, and a row for each."""
     rows = [
         (
             str(model.number[r]),
@@ -32,6 +37,11 @@ def model_text(model: ReducedModel) -> str:
     ]
     head = ("mode", "label", "frequency", "mass", "stiffness", "Q", "alpha_rr", "b_rrr")
     units = ("", "", "Hz", "kg", "N/m", "1", "N/m^2", "N/m^3")
+    return [head, units, *rows]
+
+
+def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
+    """What the reduction reports about itself, by name."""
     facts = [
         ("modes", str(model.size)),
         ("method", f"{model.method or 'unknown'}, in-plane {model.in_plane or 'unknown'}"),
@@ -43,7 +53,7 @@ def model_text(model: ReducedModel) -> str:
     rest = {name: value for name, value in model.diagnostics.items() if name != "asymmetry"}
     facts += [(name, _short(rest[name])) for name in sorted(rest)]
     facts += [("made with", ", ".join(f"{k} {v}" for k, v in sorted(model.versions.items())))]
-    return _table([head, units, *rows]) + "\n\n" + _list(facts)
+    return facts
 
 
 def _asymmetry(model: ReducedModel) -> float:
@@ -53,7 +63,12 @@ def _asymmetry(model: ReducedModel) -> float:
 
 def response_text(response: Response) -> str:
     """A table of the special points, level by level."""
-    direct_unit, parametric_unit = response.drive.units
+    text, (head, units, *rows) = _list(level_facts(response)), point_rows(response)
+    return f"{text}\n\n{_table([head, units, *rows])}" if rows else text
+
+
+def point_rows(response: Response) -> list[tuple[str, ...]]:
+    """The special points: names of the columns, their units, and a row for each."""
     head = ("level", "type", "frequency", "amplitude", "largest mode", "period", "branch")
     units = ("", "", "Hz", "m", "", "of drive", "")
     rows = []
@@ -71,6 +86,12 @@ def response_text(response: Response) -> str:
                     str(point.branch),
                 )
             )
+    return [head, units, *rows]
+
+
+def level_facts(response: Response) -> list[tuple[str, str]]:
+    """The drive levels and what was found at each."""
+    direct_unit, parametric_unit = response.drive.units
     levels = [
         (
             f"level {n}",
@@ -83,8 +104,7 @@ def response_text(response: Response) -> str:
     ]
     if response.unfinished:
         levels.append(("to do", f"{response.unfinished} levels; the same command goes on"))
-    text = _list(levels)
-    return f"{text}\n\n{_table([head, units, *rows])}" if rows else text
+    return levels
 
 
 def identification_text(found: Identification) -> str:

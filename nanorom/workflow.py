@@ -19,12 +19,13 @@ from nanorom.scene import Scene
 
 Progress = Callable[[str, int, int], None]  # stage, done, of how many
 
-FILES = ("rom.h5", "response.h5", "modes.png", "response.png", "amplitudes.png", "summary.json")
+PICTURES = ("response.png", "amplitudes.png", "modes.png")
+FILES = ("rom.h5", "response.h5", *PICTURES, "summary.json", "report.html")
 
 
 def plan(scene: Scene) -> str:
     """What a scene needs, what is skipped and why, and what it will cost, as text."""
-    with _finite_elements():
+    with finite_elements():
         from nanorom.fem.plan import Plan
     found = Plan.of(scene)
     rows = [("compute" if item.computed else "skip", item.what, item.why) for item in found.items()]
@@ -34,13 +35,18 @@ def plan(scene: Scene) -> str:
 
 
 @contextmanager
-def _finite_elements() -> Iterator[None]:
+def finite_elements() -> Iterator[None]:
     """Turn a missing finite-element library into one line with the remedy."""
     try:
         yield
     except ImportError as error:
+        cause: BaseException | None = error
+        while cause is not None:  # C++ modules make an import error of Ctrl-C
+            if isinstance(cause, KeyboardInterrupt):
+                raise KeyboardInterrupt from error
+            cause = cause.__cause__ or cause.__context__
         raise NanoromError(
-            f"reducing a scene needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
+            f"this needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
             "use ./run or the container image"
         ) from error
 
@@ -60,7 +66,7 @@ def reduce(
     NanoromError if DOLFINx is not installed, MeshError or SolverError if the scene cannot be
     solved, FileError if the file cannot be written.
     """
-    with _finite_elements():
+    with finite_elements():
         from nanorom.fem import reduce_scene
     if path is None:
         return reduce_scene(scene, progress, groups=groups)
@@ -85,7 +91,7 @@ def tune(scene: Scene, points: int = 20, progress: Progress | None = None) -> Lo
     curve.  Raises NanoromError if DOLFINx is not installed, SceneError or SolverError if there is
     no such path.
     """
-    with _finite_elements():
+    with finite_elements():
         from nanorom.fem.tuning import follow
     return follow(scene, points, progress)
 
@@ -99,10 +105,10 @@ def run(
 ) -> dict[str, Any] | None:
     """Do everything a scene asks for and leave the results in a directory.
 
-    Leaves rom.h5, modes.png and summary.json, and where the scene has a drive and a sweep also
-    response.h5, response.png and amplitudes.png.  Returns what is in summary.json; under MPI on
-    rank 0, which alone writes.  ``processes`` is as for `nanorom.respond`, ``groups`` as for
-    `nanorom.reduce`.
+    Leaves rom.h5, modes.png, summary.json and report.html with everything to look at, and where
+    the scene has a drive and a sweep also response.h5, response.png and amplitudes.png.  Returns
+    what is in summary.json; under MPI on rank 0, which alone writes.  ``processes`` is as for
+    `nanorom.respond`, ``groups`` as for `nanorom.reduce`.
     """
     directory = Path(directory)
     check_directory(directory)
@@ -117,7 +123,10 @@ def run(
     summary: dict[str, Any] = {"scene": scene.to_toml(), **report.of_model(model)}
 
     start = time.perf_counter()
-    if scene.drive is not None and scene.sweep is not None:
+    response, pictures = None, [directory / name for name in PICTURES]
+    if scene.drive is None or scene.sweep is None:
+        pictures = pictures[-1:]
+    else:
         from nanorom.response import respond
 
         response = respond(
@@ -135,13 +144,16 @@ def run(
         start = time.perf_counter()
         from nanorom.plots import amplitude_panels, response_figure
 
-        response_figure(response, directory / "response.png")
-        amplitude_panels(response, directory / "amplitudes.png")
+        response_figure(response, pictures[0])
+        amplitude_panels(response, pictures[1])
+    from nanorom import page
     from nanorom.plots import mode_gallery
 
-    mode_gallery(model, directory / "modes.png")
+    mode_gallery(model, pictures[-1])
     seconds["pictures"] = time.perf_counter() - start
     summary["seconds"] = seconds
+    title = f"nanorom: {directory.resolve().name}"
+    page.write(directory / "report.html", title, scene, model, response, seconds, pictures)
     with atomic_path(directory / "summary.json") as temporary:
         temporary.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     return summary

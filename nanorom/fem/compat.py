@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import inspect
 import logging
+import signal
+import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -20,6 +22,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
+from petsc4py import PETSc
 
 try:  # DOLFINx >= 0.7: UFL elements are Basix elements
     import basix.ufl as _basix_ufl
@@ -27,6 +30,11 @@ except ImportError:
     _basix_ufl = None
 
 logging.captureWarnings(False)  # importing the form compiler sends warnings to its log
+
+# PETSc takes a closed pipe for a crash and prints a page about it; Python raises BrokenPipeError
+PETSc.Sys.popSignalHandler()
+if threading.current_thread() is threading.main_thread():
+    signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
 
 _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
@@ -188,8 +196,6 @@ def free_memory(*comms: MPI.Comm) -> None:
 
     Collective on every communicator.
     """
-    from petsc4py import PETSc
-
     if hasattr(PETSc, "garbage_cleanup"):
         for comm in comms:
             PETSc.garbage_cleanup(comm)

@@ -11,9 +11,12 @@ import numpy as np
 from matplotlib.cm import viridis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import blended_transform_factory
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
+from nanorom.measured import MeasuredResponse
+from nanorom.plots.data import draw_measured
 from nanorom.plots.linear import NAMES_HEIGHT, name_lines
 from nanorom.plots.style import COLUMN, save, scaled, styled, with_unit
 from nanorom.response import SPECIAL_POINTS, Response
@@ -43,10 +46,16 @@ class Curve:
 
 
 @styled
-def response_figure(response: Response, path: str | Path | None = None) -> Figure:
+def response_figure(
+    response: Response,
+    path: str | Path | None = None,
+    measured: MeasuredResponse | None = None,
+) -> Figure:
     """Draw total amplitude against drive frequency, (and write the picture).
 
     The total |q| is sqrt(sum_r max|q_r|^2): the modal amplitude where one mode dominates.
+    A measured response is drawn over it: to scale if its amplitude is a length, else on an axis
+    of its own.  Raises FileError if none of it is in the swept range.
     """
     figure = Figure(figsize=(COLUMN, 0.82 * COLUMN), layout="constrained")
     axes = figure.add_subplot()
@@ -56,7 +65,8 @@ def response_figure(response: Response, path: str | Path | None = None) -> Figur
     whose = "|q| of all modes" if len(modes) > 1 else f"of {response.label[modes[0]]}"
     axes.set_ylabel(f"amplitude {whose} ({length[1]})")
     axes.set_xlabel(f"drive frequency ({frequency[1]})")
-    _legend(axes, response)
+    handles = [] if measured is None else draw_measured(axes, measured, length, frequency)
+    _legend(axes, response, more=handles)
     if path is not None:
         save(figure, path)
     return figure
@@ -265,6 +275,7 @@ def _legend(
     kinds: Collection[str] = SPECIAL_POINTS,
     names: Sequence[str] = (),
     pad: float = 0.0,
+    more: Sequence[Line2D] = (),
 ) -> None:
     """One legend above the axes: levels, line styles, and the special points that occur."""
     handles = [
@@ -285,10 +296,12 @@ def _legend(
         if kind in found and kind in kinds:
             style = {**marker_style(kind), "color": NEUTRAL, "linestyle": "none"}
             handles.append(Line2D([], [], **style, label=SPECIAL_POINTS[kind]))
+    handles += more
     axes.legend(
         handles=handles,
         loc="lower center",
-        bbox_to_anchor=(0.45, 1.0 + pad),
+        bbox_to_anchor=(0.5, 1.0 + pad),
+        bbox_transform=blended_transform_factory(axes.figure.transFigure, axes.transAxes),
         ncol=min(3, len(handles)),
         handlelength=1.6,
         handletextpad=0.5,

@@ -337,6 +337,25 @@ def test_unsound_table_of_resonances_is_refused(tmp_path, refused, drum_toml, co
     refused("identify scene.toml measured.csv -o results", TABLES[content])
 
 
+MEASURED = {
+    "": "found no data",
+    "frequency (MHz)\n20\n": "found no column 'amplitude'",
+    "frequency (MHz),amplitude\n20,1\n": "amplitude: found no unit",
+    "frequency (MHz),amplitude (nm)\n20,much\n": "line 2, amplitude: found 'much'",
+    "frequency (MHz),amplitude (mV)\n20,nan\n": "line 2, amplitude",
+    "frequency (MHz),amplitude (nm)\n0,1\n": "not greater than 0",
+    "frequency (MHz),amplitude (nm),sweep\n20,1,left\n": "sweep: found 'left'; allowed: up, down",
+    "frequency (Hz),amplitude (nm)\n20,1\n": "none of the frequencies",
+}
+
+
+@pytest.mark.parametrize("content", MEASURED, ids=lambda content: repr(content)[-30:])
+def test_unsound_measured_response_is_refused(tmp_path, refused, response, content):
+    write(tmp_path / "response.h5", response)
+    write(tmp_path / "measured.csv", content)
+    refused("plot response.h5 --data measured.csv -o pictures", MEASURED[content])
+
+
 PROFILES = {
     "": "not three columns|not a table",
     "1 2 3\n": "not three columns",

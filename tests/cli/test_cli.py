@@ -1,3 +1,4 @@
+import base64
 import json
 import os
 import re
@@ -87,11 +88,18 @@ def test_run_leaves_model_response_pictures_and_summary(results):
     assert names(results) == [
         "amplitudes.png",
         "modes.png",
+        "report.html",
         "response.h5",
         "response.png",
         "rom.h5",
         "summary.json",
     ]
+
+
+def test_page_of_a_run_shows_its_pictures(results):
+    page = (results / "report.html").read_text(encoding="utf-8")
+    for name in ("amplitudes.png", "modes.png", "response.png"):
+        assert base64.b64encode((results / name).read_bytes()).decode() in page
 
 
 def test_run_names_its_results_after_the_scene(scene, monkeypatch):
@@ -286,6 +294,20 @@ def test_plot_draws_a_model_and_a_response_beside_the_file(tmp_path, rom, sweep,
     assert names(tmp_path / "new" / "pictures") == ["amplitudes.png", "response.png"]
 
 
+def test_plot_lays_measured_data_over_a_response(tmp_path, rom, sweep, capsys):
+    response, measured = tmp_path / "response.h5", tmp_path / "measured.csv"
+    assert main(["respond", str(rom), str(sweep), "-o", str(response)]) == 0
+    start = ReducedModel.load(rom).frequency[0] / 1e6
+    measured.write_text(f"frequency (MHz),amplitude (mV)\n{start},1\n")
+    pictures = []
+    for options in ([], ["--data", str(measured)]):
+        assert main(["plot", str(response), *options]) == 0
+        pictures.append((tmp_path / "response.png").read_bytes())
+    assert pictures[0] != pictures[1]
+    assert main(["plot", str(rom), "--data", str(measured)]) == 1
+    assert "--data goes with a response.h5" in capsys.readouterr().err
+
+
 def test_second_half_works_where_the_finite_element_libraries_are_absent(tmp_path, rom, sweep):
     script = (
         "import sys\n"
@@ -308,9 +330,7 @@ def test_reducing_without_dolfinx_names_the_remedy(tmp_path, scene):
     )
     done = python("-c", script, cwd=tmp_path)
     assert done.returncode == 1
-    assert re.match(
-        r"nanorom: error: reducing a scene needs DOLFINx.*container image\n$", done.stderr
-    )
+    assert re.match(r"nanorom: error: this needs DOLFINx.*container image\n$", done.stderr)
 
 
 @pytest.mark.parametrize("module", ["nanorom", "nanorom.cli"])

@@ -148,28 +148,32 @@ def test_dependence_runs_its_cases_in_short(demos, directory):
     assert (directory / "dependence" / "dependence.png").stat().st_size > 10_000
 
 
-def test_sweep_in_time_stays_on_the_stable_branch(membrane, demos, directory):
-    """Below the first loss of stability, a few steps of demos/surge.py: no fall, no surge."""
+def test_a_detached_branch_lies_beyond_the_barrier(membrane, demos, directory):
+    """demos/surge.py with a few steps of the sweep, below the first loss of stability: no fall."""
     import surge
 
-    falls, detached = surge.main(directory / "surge", directory, levels=(LEVEL,), stop=2.43)
+    model, _, branch = membrane
+    falls, (stretches,) = surge.main(directory / "surge", directory, levels=(LEVEL,), stop=2.43)
     assert falls[0] == pytest.approx(2.42)
-    assert detached == [[]]
+    low, high = min(s.start for s in stretches), max(s.top for s in stretches)
+    assert 2.6 < low < 3.0 < 3.2 < high  # stable where the branch from 2 f01 is not
+    stable = branch.omega[branch.stable] / tau / model.frequency[0]
+    assert stable.max() < low
     assert (directory / "surge" / "surge.png").stat().st_size > 10_000
 
 
-def test_an_orbit_taken_from_its_states_is_the_orbit(membrane, demos):
-    import surge
+def test_sweeps_jump_at_the_folds_of_the_branches_they_are_drawn_over(demos, directory):
+    """demos/measured.py at its lower level."""
+    import measured
 
-    fig3, _, _ = demos
-    model, response, branch = membrane
-    orbit = branch.orbit(len(branch) // 8)
-    unit = fig3.levels(model, [LEVEL])
-    system = surge.aimed(model, unit).system(unit.direct_pattern, unit.parametric_pattern)
-    state = np.concatenate([orbit(0.0), orbit.velocity(0.0)])
-    found = surge.orbit_of(system.scaled(*unit.levels[0]), orbit.omega, state)
-    t = np.linspace(0, orbit.period, 7)
-    assert found(t) == pytest.approx(orbit(t), abs=1e-4 * np.abs(orbit(t)).max())
+    ratios, level = np.linspace(0.98, 1.1, 10), measured.LEVELS[0]
+    response, found = measured.main(directory / "measured", (level,), ratios)
+    step = (ratios[1] - ratios[0]) * response.frequency[0] / 1e6
+    folds = [p.omega / tau / 1e6 for p in response.diagrams[0].points("LP", 0)]
+    for direction, fold in (("up", max(folds)), ("down", min(folds))):
+        assert abs(measured.jump(found, level, direction) - fold) < 1.5 * step
+    assert max(folds) - min(folds) > 4 * step
+    assert (directory / "measured" / "response.png").stat().st_size > 10_000
 
 
 def test_linear_response_peaks_at_the_frequencies_with_height_j_over_c_omega(membrane):

@@ -1,0 +1,91 @@
+"""Measured responses over a model's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.cm import autumn
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from nanorom.errors import FileError
+from nanorom.measured import MeasuredResponse
+
+Array = NDArray[np.float64]
+
+MARKERS = {"up": "^", "down": "v", "": "o"}
+BRIGHTEST = 0.6  # of the colour map
+MARGIN = 1.08  # of the largest value: top of an axis
+
+
+def draw_measured(
+    axes: Any,
+    measured: MeasuredResponse,
+    length: tuple[float, str],
+    frequency: tuple[float, str],
+) -> list[Line2D]:
+    """Points over a drawn response; returns what stands for them in a legend.
+
+    length, frequency: factor and unit of the axes, the frequency's from rad/s.  Amplitudes that
+    are no lengths get an axis on the right, where their largest is as high as the model's;
+    decibels are turned into amplitudes by the largest.  Raises FileError if all are outside of
+    the axes.
+    """
+    low, high = axes.get_xlim()
+    places = [2 * np.pi * frequency[0] * trace.frequency for trace in measured.traces]
+    shown = [(low <= x) & (x <= high) for x in places]
+    if not any(own.any() for own in shown):
+        raise FileError(
+            f"measured data: none of the frequencies is between {low:.6g} and {high:.6g} "
+            f"{frequency[1]}, the range of the response"
+        )
+    heights, unit = _linear(measured)
+    if unit == "m":
+        heights = [length[0] * y for y in heights]
+    largest = max(float(y[own].max()) for y, own in zip(heights, shown) if own.any())
+    panel = _scaled(axes, largest) if unit == "m" else _own_axis(axes, largest, unit)
+    levels = list(dict.fromkeys(trace.level for trace in measured.traces))
+    colours = dict(zip(levels, autumn(np.linspace(0, BRIGHTEST, len(levels)))))
+    handles = []
+    for trace, x, y in zip(measured.traces, places, heights):
+        style = {
+            "linestyle": "none",
+            "marker": MARKERS[trace.direction],
+            "markersize": 2.2,
+            "markeredgewidth": 0,
+            "color": colours[trace.level],
+            "label": " ".join(part for part in ("data", trace.level, trace.direction) if part),
+        }
+        panel.plot(x, y, zorder=2.5, **style)
+        handles.append(Line2D([], [], **style))
+    return handles
+
+
+def _linear(measured: MeasuredResponse) -> tuple[list[Array], str]:
+    """Amplitudes of every trace and their unit; decibels become amplitudes by the largest."""
+    heights = [trace.amplitude for trace in measured.traces]
+    if not measured.unit.lower().startswith("db"):
+        return heights, measured.unit
+    largest = max(float(y.max()) for y in heights)
+    return [10 ** ((y - largest) / 20) for y in heights], f"a.u., from {measured.unit}"
+
+
+def _scaled(axes: Any, largest: float) -> Any:
+    """The model's axes, made higher if they have to be."""
+    bottom, top = axes.get_ylim()
+    axes.set_ylim(bottom, max(top, MARGIN * largest))
+    return axes
+
+
+def _own_axis(axes: Any, largest: float, unit: str) -> Any:
+    """An axis on the right; its zero and its largest value are as high as the model's."""
+    panel = axes.twinx()
+    if largest > 0:
+        bottom, top = axes.get_ylim()
+        panel.set_ylim(MARGIN * largest * bottom / top, MARGIN * largest)
+    panel.set_ylabel(f"measured ({unit})")
+    panel.grid(False)
+    panel.tick_params(length=2.5)
+    panel.spines["top"].set_visible(False)
+    return panel

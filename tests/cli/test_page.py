@@ -1,0 +1,131 @@
+"""report.html: one file with everything, that opens without a network."""
+
+import base64
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nanorom
+from nanorom import page
+from nanorom.response import respond
+from nanorom.scene import Drive, Sweep
+from nanorom.tables import CoefficientTable
+
+SECONDS = {"reduce": 1.25, "respond": 2.5}
+NEEDS_NETWORK = ("http:", "https:", "//", "@import", "url(")
+EMPTY = ("meta", "link", "img")  # elements without an end
+
+
+class Reader(HTMLParser):
+    """Elements, links and text of a page; whether its elements are nested as they should be."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.links: list[str] = []
+        self.words: list[str] = []
+        self.rows: list[list[str]] = []
+        self.sound = True
+        self.feed(text)
+        self.sound = self.sound and not self.open
+
+    def handle_starttag(self, tag, attributes):
+        self.links += [value for name, value in attributes if name in ("src", "href")]
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+        if tag not in EMPTY:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        self.sound = self.sound and bool(self.open) and self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+@pytest.fixture
+def scene(drum_toml):
+    return nanorom.Scene.from_toml(drum_toml)
+
+
+@pytest.fixture
+def model(make_model):
+    return make_model(2, quadratic=np.zeros((2, 2, 2)), scene="")
+
+
+@pytest.fixture
+def picture(tmp_path):
+    path = tmp_path / "response.png"
+    path.write_bytes(b"\x89PNG made up")
+    return path
+
+
+def written(path: Path, *arguments, title="a drum") -> Reader:
+    page.write(path, title, *arguments)
+    return Reader(path.read_text(encoding="utf-8"))
+
+
+def test_page_holds_pictures_and_asks_for_nothing_else(tmp_path, scene, model, picture):
+    found = written(tmp_path / "report.html", scene, model, None, SECONDS, [picture])
+    assert found.sound
+    data = [link for link in found.links if link.startswith("data:image/png;base64,")]
+    assert base64.b64decode(data[0].partition(",")[2]) == picture.read_bytes()
+    assert all(link.startswith("data:") for link in found.links)
+    text = (tmp_path / "report.html").read_text(encoding="utf-8").replace(data[0], "")
+    assert not [word for word in NEEDS_NETWORK if word in text]
+    assert "<script" not in text
+
+
+def test_page_has_modes_coefficients_parameters_versions_and_times(tmp_path, scene, model):
+    found = written(tmp_path / "report.html", scene, model, None, SECONDS, [])
+    text = " ".join(found.words)
+    for label, frequency in zip(model.label, model.frequency):
+        assert [row for row in found.rows if label in row and f"{frequency:.9e}" in row]
+    (b111,) = [row for row in found.rows if row[0] == "1,1,1"]
+    assert float(b111[1]) == pytest.approx(model.b(1)[1, 1, 1], rel=1e-4)
+    assert len([row for row in found.rows if "," in row[0]]) == len(
+        CoefficientTable.of(model).nonzero().products
+    )
+    assert "alpha_jk" not in text  # all are zero
+    assert 'shape = "disc"' in text and "quality_factor" in text
+    assert "dolfinx 0.5.2" in text
+    assert "reduce 1.25 s, respond 2.50 s" in text
+
+
+def test_page_lists_levels_and_special_points(tmp_path, scene, make_model):
+    given = {"cubic": np.full((1, 1, 1, 1), 1e16), "drive": {"pressure": np.array([1e-11])}}
+    model = make_model(1, quadratic=np.zeros((1, 1, 1)), **given)
+    response = respond(model, Drive(["1 Pa", "100 Pa"]), Sweep("0.9 f1", "1.2 f1"), processes=1)
+    found = written(tmp_path / "report.html", scene, model, response, SECONDS, [])
+    folds = [row for row in found.rows if row[1:2] == ["LP"]]
+    points = [p for diagram in response.diagrams for p in diagram.points("LP")]
+    assert [row[2] for row in folds] == [f"{p.omega / 2 / np.pi:.9e}" for p in points] != []
+    assert [row for row in found.rows if row[0] == "level 2" and "100 Pa direct" in row[1]]
+
+
+def test_names_of_the_user_are_text_and_not_markup(tmp_path, scene, make_model):
+    model = make_model(1, label=["<b>&"])
+    found = written(tmp_path / "report.html", scene, model, None, {}, [], title="<script>")
+    assert found.sound
+    assert "script" not in found.open
+    assert [row for row in found.rows if "<b>&" in row]
+
+
+def test_large_tables_are_left_to_other_programs(tmp_path, scene, model, monkeypatch):
+    monkeypatch.setattr(page, "MOST_CELLS", 1)
+    found = written(tmp_path / "report.html", scene, model, None, {}, [])
+    assert "nanorom export rom.h5 --to csv" in " ".join(found.words)
+
+
+def test_failure_leaves_an_earlier_page(tmp_path, scene, model, monkeypatch):
+    (tmp_path / "report.html").write_text("earlier")
+    with pytest.raises(FileNotFoundError):
+        page.write(tmp_path / "report.html", "t", scene, model, None, {}, [tmp_path / "none.png"])
+    assert (tmp_path / "report.html").read_text() == "earlier"
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
