@@ -36,6 +36,7 @@ class _Node:
     path: Path
     generation: int
     switched: bool = False
+    reached: bool = False  # by a branch that starts elsewhere
 
 
 @one_thread()
@@ -134,7 +135,7 @@ class _Explorer:
 
     def _bifurcating(self) -> None:
         """Every branch that starts at a special point found so far."""
-        while True:
+        while self.scaled.nonlinear:  # otherwise it goes straight up, at one frequency
             node = next(
                 (n for n in self.waiting if not n.switched and n.generation < self.settings.depth),
                 None,
@@ -212,13 +213,25 @@ class _Explorer:
         self._register(tracer, steps, None, 0)
 
     def _switch(self, node: _Node) -> None:
+        if node.reached and node.point.type == "PD":
+            return
         try:
             bifurcation = Bifurcation(
                 self.scaled, node.path.tracer.support, node.orbit, node.point.type, self.settings
             )
-            orbit, direction = bifurcation.start()
+            starts = bifurcation.starts()
         except ContinuationError:
             return
+        if len(starts) == 1 and node.reached:
+            return
+        for orbit, direction in starts:
+            if len(starts) == 1 or not any(path.contains(orbit) for path in self.paths):
+                self._follow(node, bifurcation, orbit, direction)
+
+    def _follow(
+        self, node: _Node, bifurcation: Bifurcation, orbit: Orbit, direction: Array
+    ) -> None:
+        """One branch of a bifurcation, to its end."""
         p = bifurcation.tracer.period_multiple
         rates = (self.range[0] / self.settings.reach / p, self.range[1] * self.settings.reach / p)
         steps: list[Series] = []
@@ -230,15 +243,14 @@ class _Explorer:
                 series.length = end
             steps.append(series)
             if end is not None:
-                self._mark_end(bifurcation, bifurcation.tracer.orbit(series, end))
+                self._mark_end(bifurcation.tracer.orbit(series, end))
                 bifurcation.tracer.ending = "bifurcation"
                 break
-        if not steps:
-            return
-        self._register(bifurcation.tracer, steps, node, node.generation + 1, bifurcation)
+        if steps:
+            self._register(bifurcation.tracer, steps, node, node.generation + 1, bifurcation)
 
-    def _mark_end(self, bifurcation: Bifurcation, end: Orbit) -> None:
-        """The point at which a branch ends needs no branch of its own."""
+    def _mark_end(self, end: Orbit) -> None:
+        """The pitchfork at which a branch ends needs no branch of its own."""
         for node in self.waiting:
             p = node.orbit.period_multiple
             if (
@@ -246,7 +258,7 @@ class _Explorer:
                 or end.period_multiple % p
             ):
                 continue
-            node.switched = True
+            node.reached = True
 
     def _register(
         self,

@@ -67,7 +67,10 @@ def explore_each(
         processes = len(os.sched_getaffinity(0))
     if processes < 1:
         raise ContinuationError(f"processes: {processes} is not a positive number")
-    levels = [(float(d), float(p)) for d, p in levels]
+    try:
+        levels = [(float(d), float(p)) for d, p in levels]
+    except (TypeError, ValueError):
+        raise ContinuationError("levels: give pairs of numbers (direct, parametric)") from None
     processes = min(processes, len(levels))
     if processes <= 1:
         for number, level in enumerate(levels):

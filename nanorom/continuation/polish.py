@@ -6,6 +6,7 @@ to zero along that expansion. Two sizes of basis must agree on the frequency.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larg
 CONFIRMED = 1e-7
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
+NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
 WINDOW = 0.2  # of the step in which the point was found
 
 
@@ -111,6 +113,8 @@ def _zero(
 
     symmetric = floquet.signs(tracer.support) is not None
 
+    test = _test_function(kind, symmetric)
+
     def critical(points: list[float]) -> list[float]:
         if _last_terms(series, max(abs(a) for a in points)) > DIVERGED:
             raise ContinuationError("the series does not reach the point")
@@ -121,7 +125,8 @@ def _zero(
             tracer.period_multiple,
             tracer.support,
         )
-        return [_critical_value(kind, values, symmetric) for values in np.linalg.eigvals(maps)]
+        slopes = [series.rate_slope(a) for a in points]
+        return [test(e, slope) for e, slope in zip(np.linalg.eigvals(maps), slopes)]
 
     step = 1e-3 * window
     a, (here, there) = around, critical([around, around + step])
@@ -145,16 +150,39 @@ def _last_terms(series: Series, a: float) -> float:
     return float(np.abs(series.coefficients[-1]).max(initial=0.0) * a**order / scale)
 
 
-def _critical_value(kind: str, eigenvalues: Array, symmetric: bool) -> float:
-    if kind == "NS":
-        complex_ones = eigenvalues[np.abs(eigenvalues.imag) > 1e-9]
-        if not len(complex_ones):
-            raise ContinuationError("no complex pair in the neighbourhood")
-        sizes = np.log(np.abs(complex_ones))
-        return float(sizes[np.abs(sizes).argmin()])
-    target = 1.0
-    if kind == "PD" or (
-        symmetric and np.abs(eigenvalues + 1).min() < np.abs(eigenvalues - 1).min()
-    ):
-        target = -1.0
-    return float((eigenvalues[np.abs(eigenvalues - target).argmin()] - target).real)
+def _test_function(kind: str, symmetric: bool) -> Callable[[Array, float], float]:
+    """A smooth function of the eigenvalues (2L,) and the slope of the rate that is zero at the
+    point.
+
+    A product, not the critical eigenvalue itself: that is not smooth where it meets another one.
+    """
+    chosen: dict[str, float] = {}
+
+    def torus(eigenvalues: Array, slope: float) -> float:
+        return _pair_growth(eigenvalues)
+
+    def at_target(eigenvalues: Array, slope: float) -> float:
+        if not chosen:
+            flip, unit = (np.abs(eigenvalues - target).min() for target in (-1.0, 1.0))
+            chosen["target"] = -1.0 if kind == "PD" or (symmetric and flip < unit) else 1.0
+            factors = np.sort(np.abs(eigenvalues - chosen["target"]))
+            chosen["unit"] = float(np.prod(factors[1:]))
+        # a fold next to a branch point is none of its zeros
+        value = float(np.prod(eigenvalues - chosen["target"]).real) / chosen["unit"]
+        return value / slope if chosen["target"] > 0 and not symmetric else value
+
+    return torus if kind == "NS" else at_target
+
+
+def _pair_growth(eigenvalues: Array) -> float:
+    """log |mu_1 mu_2| of the pair closest to the circle: conjugates, or the real pair they
+    become.
+    """
+    pairs = eigenvalues[eigenvalues.imag > 1e-9]
+    products = list(np.abs(pairs) ** 2)
+    real = np.sort(eigenvalues.real[np.abs(eigenvalues.imag) <= 1e-9])
+    products += [a * b for a, b in zip(real[:-1], real[1:]) if a * b > 0 and b - a < NEAR]
+    if not products:
+        raise ContinuationError("no complex pair in the neighbourhood")
+    sizes = np.log(np.array(products))
+    return float(sizes[np.abs(sizes).argmin()])

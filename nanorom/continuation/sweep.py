@@ -67,6 +67,8 @@ def sweep(
         raise ContinuationError("omega: give the frequencies of the sweep as positive numbers")
     scaled = system.scaled(direct, parametric)
     size = scaled.size
+    if state is not None and (np.shape(state) != (2 * size,) or not np.all(np.isfinite(state))):
+        raise ContinuationError(f"state: give (q, dq/dt) as {2 * size} finite numbers")
     unit = np.repeat([scaled.amplitude, scaled.amplitude * scaled.frequency], size)
     # parametric resonance needs something to amplify
     here = np.full(2 * size, 1e-6) if state is None else np.asarray(state, dtype=float) / unit

@@ -58,6 +58,7 @@ def _at_level(tracer: Tracer, level: float) -> Tracer:
     return Tracer(system, tracer.support, tracer.period_multiple, tracer.settings)
 
 
+IMAGES = 1e-3  # of the change of frequency, which both halves of a pitchfork have in common
 END_EXTENT = 3e-3  # of the largest deviation from the parent's support
 
 
@@ -85,7 +86,8 @@ class Bifurcation:
     def __init__(
         self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: str, settings: Settings
     ) -> None:
-        factor = 2 if kind == "PD" else 1
+        self.doubles = kind == "PD"
+        factor = 2 if self.doubles else 1
         self.orbit = Orbit(
             stretch(orbit.coefficients, factor), orbit.rate / factor, orbit.period_multiple * factor
         )
@@ -120,29 +122,45 @@ class Bifurcation:
         direction[outside] = vector
         return direction.reshape(2 * harmonics + 1, system.size)
 
-    def start(self) -> tuple[Orbit, Array]:
-        """An orbit a little off the bifurcation and the direction in which the branch goes on."""
+    def starts(self) -> list[tuple[Orbit, Array]]:
+        """Orbits a little off the bifurcation and the directions in which the branches go on.
+
+        One stands for both halves of a pitchfork, which are images of each other (of a period
+        doubling: the same a period later); there are two where the branch crosses its parent.
+        """
         for distance in (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4):
-            guess = Orbit(
-                self.orbit.coefficients + distance * self.direction,
-                self.orbit.rate,
-                self.orbit.period_multiple,
-            )
-            try:
-                orbit, balance = self.tracer.solve(guess, self._border)
-            except ContinuationError:
+            first = self._start(self.direction, distance)
+            if first is None:
                 continue
-            basis = balance.basis
-            reached = float(
-                basis.pack(basis.compress(self.direction))
-                @ basis.pack(basis.compress(orbit.coefficients))
-            )
-            if (
-                abs(reached - distance) < 1e-3 * distance
-                and abs(orbit.rate / self.orbit.rate - 1) < 0.1
-            ):
-                return orbit, self.direction
+            second = None
+            if not self.doubles:
+                second = self._start(-self.direction, distance)
+            if second is None or self._alike(first, second):
+                return [(first, self.direction)]
+            return [(first, self.direction), (second, -self.direction)]
         raise ContinuationError("the bifurcating branch could not be started")
+
+    def _alike(self, first: Orbit, second: Orbit) -> bool:
+        one, two = first.rate - self.orbit.rate, second.rate - self.orbit.rate
+        return abs(one - two) < IMAGES * max(abs(one), abs(two), 1e-6)
+
+    def _start(self, direction: Array, distance: float) -> Orbit | None:
+        """The orbit of the branch at a distance from the bifurcation."""
+        guess = Orbit(
+            self.orbit.coefficients + distance * direction,
+            self.orbit.rate,
+            self.orbit.period_multiple,
+        )
+        try:
+            orbit, balance = self.tracer.solve(guess, self._border)
+        except ContinuationError:
+            return None
+        packed = [
+            balance.basis.pack(balance.basis.compress(part))
+            for part in (direction, orbit.coefficients)
+        ]
+        off = abs(float(packed[0] @ packed[1]) - distance) > 1e-3 * distance
+        return None if off or abs(orbit.rate / self.orbit.rate - 1) > 0.1 else orbit
 
     def _border(self, balance: HarmonicBalance) -> Array:
         direction = balance.basis.pack(balance.basis.compress(self.direction))

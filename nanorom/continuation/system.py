@@ -22,6 +22,14 @@ from nanorom.errors import ContinuationError
 Array = NDArray[Any]
 
 
+def finite(value: object) -> bool:
+    """Whether a value is one finite real number."""
+    try:
+        return bool(np.isfinite(float(value)))  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+
+
 def _array(value: object, shape: tuple[int, ...], name: str) -> Array:
     try:
         array = np.array(value, dtype=float)
@@ -119,6 +127,8 @@ class ModalSystem:
         if damping is None:
             raise ContinuationError("damping: missing; give C as an (L, L) array")
         size = self._size(stiffness, direct, cubic, quadratic)
+        if size == 0:
+            raise ContinuationError("stiffness: no mode; give K as an (L, L) array")
         shape2, shape3, shape4 = (size,) * 2, (size,) * 3, (size,) * 4
         zero = np.zeros
         self.__attrs_init__(  # type: ignore[attr-defined]
@@ -180,8 +190,8 @@ class ModalSystem:
     def scaled(self, direct: float = 0.0, parametric: float = 0.0) -> ScaledSystem:
         """The equations at given drive levels, divided by the mass and made non-dimensional."""
         for name, level in (("direct", direct), ("parametric", parametric)):
-            if not np.isfinite(level):
-                raise ContinuationError(f"{name}: drive level {level} is not a finite number")
+            if not finite(level):
+                raise ContinuationError(f"{name}: drive level {level!r} is not a finite number")
         if direct or parametric:
             self._check_damping()
         frequency = float(np.sqrt(self.natural_frequencies_squared()[0]))
@@ -253,6 +263,10 @@ class ScaledSystem:
     @property
     def size(self) -> int:
         return len(self.force)
+
+    @property
+    def nonlinear(self) -> bool:
+        return bool(self.quadratic.any() or self.cubic.any() or self.loss.any())
 
     def restrict(self, modes: Array) -> ScaledSystem:
         """The same equations with every mode outside `modes` at rest."""

@@ -12,8 +12,9 @@ from nanorom.errors import ContinuationError
 from .balance import HarmonicBalance, NewtonFailure
 from .harmonics import HARMONIC_LADDER, Support, basis_for
 from .series import Series, SeriesExpansion, convergence_length
-from .system import Array, ScaledSystem
+from .system import Array, ScaledSystem, finite
 
+LARGEST_STEP = 10.0  # times orbit and frequency (of a linear system the series never ends)
 UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
 
@@ -33,6 +34,16 @@ class Settings:
     steps: int = 2000
     harmonics: int = 150
     reach: float = 2.0
+
+    def __post_init__(self) -> None:
+        bounds = {"tolerance": (1e-14, 1e-2), "harmonics": (3, 150), "reach": (1.0, 1e3)}
+        bounds |= {"depth": (0, 100), "steps": (1, 1_000_000)}
+        for name, (low, high) in bounds.items():
+            value = getattr(self, name)
+            if not finite(value) or not low <= value <= high:
+                raise ContinuationError(
+                    f"{name}: found {value!r}; expected a number from {low:g} to {high:g}"
+                )
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +224,7 @@ class Tracer:
         drift = abs(rates[1]) * length / rates[0]
         if drift > 0.25 or not np.isfinite(length):
             length = 0.25 * rates[0] / abs(rates[1])
+        length = min(length, LARGEST_STEP * max(scale, float(rates[0])))
         # on a coarse grid, so that round-off (other units, say) does not move the points
         length = float(2.0 ** (np.floor(16 * np.log2(length)) / 16))
         for _ in range(12):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from nanorom.continuation import Branch, ModalSystem, PeriodicOrbit, SpecialPoint, explore
+from nanorom.continuation.polish import _test_function
 from nanorom.continuation.special import _neutral
 
 FEW_POINTS = 100  # a loop of some ten series steps; one of tiny steps has a thousand and more
@@ -113,3 +114,33 @@ def test_torus_point_between_real_pairs_is_not_taken_for_a_neutral_saddle() -> N
     before, after = np.array([31.5, -1.3, -1.03, 0.4]) + 0j, np.array([30, -0.9, -0.98, 0.4]) + 0j
     assert not _neutral(before, after)
     assert _neutral(np.array([1.2, 0.9]) + 0j, np.array([1.2, 0.8]) + 0j)
+
+
+def test_critical_functions_are_smooth_where_two_multipliers_meet() -> None:
+    """A pair that turns real next to 1: the critical multiplier has a root's slope, its product
+    none.
+    """
+    parameter = np.linspace(-1e-3, 1e-3, 9)
+    pairs = [np.roots([1.0, -2.0 - 1e-4, 1.0 + 1e-4 + a]) for a in parameter]  # (mu - 1)^2 ...
+    far = np.array([0.3 + 0.4j, 0.3 - 0.4j])
+    unit = _test_function("BP", symmetric=False)
+    values = [unit(np.append(pair, far), 1.0) for pair in pairs]
+    np.testing.assert_allclose(np.array(values) / values[-1], parameter / 1e-3, atol=1e-9)
+    torus = _test_function("NS", symmetric=False)
+    growth = [torus(np.append(pair, far), 1.0) for pair in pairs]
+    np.testing.assert_allclose(growth, np.log1p(1e-4 + parameter), atol=1e-9)
+
+
+def test_both_halves_of_a_branch_that_crosses_its_parent_are_followed() -> None:
+    """A quadratic force makes the branches off rest cross it: they leave it to either side."""
+    system = ModalSystem(
+        damping=0.02, stiffness=1.0, quadratic=[[[0.6]]], cubic=[[[[1.0]]]], parametric=[1.0]
+    )
+    diagram = explore(system, (0.8, 1.2), parametric=0.35)
+    ends = sorted(point.omega for point in diagram.points("BP", branch=0))
+    assert len(ends) == 2
+    small, large = sorted(diagram.branches[1:], key=lambda branch: branch.amplitude.max())
+    assert large.amplitude.max() > 5 * small.amplitude.max()
+    for branch in (small, large):
+        assert branch.ending == "bifurcation"
+        np.testing.assert_allclose(sorted(branch.omega[[0, -1]]), ends, rtol=1e-4)

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nanorom.continuation import ModalSystem, backbone, explore, locus, states, sweep
+from nanorom.continuation import (
+    ModalSystem,
+    backbone,
+    explore,
+    explore_levels,
+    locus,
+    states,
+    sweep,
+)
 from nanorom.errors import ContinuationError
 from tests.continuation.systems import duffing
 
@@ -48,6 +56,7 @@ def test_duffing_diagram_is_the_same_in_all_units(hertz: float, metre: float) ->
         ({"direct": [1.0, 2.0]}, "direct.*shape"),
         ({"cubic": [1.0]}, "cubic.*shape"),
         ({"quadratic": "x"}, "quadratic.*real numbers"),
+        ({"stiffness": [], "damping": []}, "stiffness: no mode"),
     ],
 )
 def test_bad_system_is_refused_with_a_clear_message(changes, message) -> None:
@@ -59,6 +68,23 @@ def test_bad_system_is_refused_with_a_clear_message(changes, message) -> None:
 def test_bad_range_is_refused(omega) -> None:
     with pytest.raises(ContinuationError, match="omega"):
         explore(duffing(), omega, direct=0.005)
+
+
+@pytest.mark.parametrize(
+    "option",
+    [{"harmonics": 1}, {"tolerance": 0}, {"reach": 0.0}, {"steps": 0}, {"depth": -1}],
+    ids=lambda option: next(iter(option)),
+)
+def test_bad_options_are_refused(option) -> None:
+    with pytest.raises(ContinuationError, match=f"{next(iter(option))}: found .* expected"):
+        explore(duffing(), (0.8, 1.5), direct=0.005, **option)
+
+
+def test_linear_system_has_a_tongue_but_no_branch_in_it() -> None:
+    """Mathieu: above the threshold the motion grows without bound at one frequency."""
+    diagram = explore(duffing(cubic=None), (1.8, 2.2), direct=0.1, parametric=0.1)
+    assert [point.type for point in diagram.special_points] == ["PD", "PD"]
+    assert len(diagram.branches) == 1
 
 
 def test_start_that_cannot_be_reached_is_told_with_a_remedy() -> None:
@@ -82,5 +108,10 @@ def test_bad_levels_and_frequencies_are_refused() -> None:
     fold = explore(duffing(), (0.8, 1.5), direct=0.005).points("LP")[0]
     with pytest.raises(ContinuationError, match="level: range"):
         locus(duffing(), fold, 0.005, 0.0, omega=(0.8, 1.5), level=(0.006, 0.01))
-    with pytest.raises(ContinuationError, match="direct"):
-        explore(duffing(), (0.8, 1.5), direct=np.nan)
+    for level in (np.nan, "a"):
+        with pytest.raises(ContinuationError, match="direct"):
+            explore(duffing(), (0.8, 1.5), direct=level)
+    with pytest.raises(ContinuationError, match="levels: give pairs"):
+        explore_levels(duffing(), (0.8, 1.5), [0.1])
+    with pytest.raises(ContinuationError, match="state: give"):
+        sweep(duffing(), [1.0], direct=0.005, state=np.zeros(3))
