@@ -19,7 +19,7 @@ from .series import Series
 from .shooting import Shooting
 from .special import Detector
 from .switching import Bifurcation, first_orbit, fixed_rate, follow_closed
-from .system import Array, ModalSystem, ScaledSystem
+from .system import Array, ModalSystem, ScaledSystem, without_round_off
 from .takeover import Takeover
 from .threads import one_thread
 from .trace import Orbit, Settings, Tracer
@@ -116,7 +116,8 @@ class _Explorer:
         levels: tuple[float, float],
     ) -> None:
         self.scaled, self.settings, self.levels = scaled, settings, levels
-        self.range = (omega[0] / scaled.frequency, omega[1] / scaled.frequency)
+        low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
+        self.range = (low, high)
         self.floquet = FloquetSolver(scaled, truncation=1e-9)
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from nanorom.errors import ContinuationError
 
 Array = NDArray[Any]
+BITS = 43
 
 
 def finite(value: object) -> bool:
@@ -28,6 +29,16 @@ def finite(value: object) -> bool:
         return bool(np.isfinite(float(value)))  # type: ignore[arg-type]
     except (TypeError, ValueError):
         return False
+
+
+def without_round_off(values: Array | float) -> Array:
+    """The first 43 bits (13 digits) of every number.
+
+    Systems that differ by their units alone become the same to the last bit, and so do their
+    diagrams: at a threshold, round-off would otherwise change the steps taken.
+    """
+    mantissa, exponent = np.frexp(values)
+    return np.asarray(np.ldexp(np.round(np.ldexp(mantissa, BITS)), exponent - BITS))
 
 
 def _array(value: object, shape: tuple[int, ...], name: str) -> Array:
@@ -212,13 +223,13 @@ class ModalSystem:
         return ScaledSystem(
             frequency=frequency,
             amplitude=amplitude,
-            damping=over_mass(self.damping) / frequency,
-            stiffness=stiffness / frequency**2,
-            quadratic=quadratic * (amplitude / frequency**2),
-            cubic=cubic * (amplitude / frequency) ** 2,
-            loss=loss * (amplitude**2 / frequency),
-            force=force / (amplitude * frequency**2),
-            parametric=parametric * over_mass(self.parametric) / frequency**2,
+            damping=without_round_off(over_mass(self.damping) / frequency),
+            stiffness=without_round_off(stiffness / frequency**2),
+            quadratic=without_round_off(quadratic * (amplitude / frequency**2)),
+            cubic=without_round_off(cubic * (amplitude / frequency) ** 2),
+            loss=without_round_off(loss * (amplitude**2 / frequency)),
+            force=without_round_off(force / (amplitude * frequency**2)),
+            parametric=without_round_off(parametric * over_mass(self.parametric) / frequency**2),
         )
 
 

@@ -20,9 +20,14 @@ from tests.continuation.systems import duffing
 SAME = 1e-10
 
 
-@pytest.mark.parametrize("hertz", [1.0, 1e8])
+@pytest.mark.parametrize(
+    ("omega", "direct", "parametric"),
+    [((0.8, 1.5), 0.005, 0.0), ((0.5, 2.0), 0.02, 0.0), ((0.6, 3.0), 0.05, 0.1)],
+)
+@pytest.mark.parametrize("hertz", [1.0, 7.7e7, 1e8])
 @pytest.mark.parametrize("metre", [1.0, 1e-9])
-def test_duffing_diagram_is_the_same_in_all_units(hertz: float, metre: float) -> None:
+def test_duffing_diagram_is_the_same_in_all_units(hertz, metre, omega, direct, parametric) -> None:
+    """All of it: round-off may not even move a point along its branch."""
     rate, mass = 2 * np.pi * hertz, 3e-17
     physical = ModalSystem(
         mass=[mass],
@@ -30,9 +35,11 @@ def test_duffing_diagram_is_the_same_in_all_units(hertz: float, metre: float) ->
         stiffness=[mass * rate**2],
         cubic=[[[[mass * rate**2 / metre**2]]]],
         direct=[mass * rate**2 * metre],
+        parametric=[mass * rate**2],
     )
-    plain = explore(duffing(), (0.8, 1.5), direct=0.005)
-    other = explore(physical, (0.8 * rate, 1.5 * rate), direct=0.005)
+    plain = explore(duffing(), omega, direct, parametric)
+    other = explore(physical, (omega[0] * rate, omega[1] * rate), direct, parametric)
+    assert len(plain.branches) == len(other.branches)
     for one, two in zip(plain.branches, other.branches):
         np.testing.assert_allclose(two.omega / rate, one.omega, rtol=SAME)
         np.testing.assert_allclose(two.amplitude / metre, one.amplitude, rtol=SAME)
