@@ -153,7 +153,7 @@ def pressure(film: Film, value: float = 1.0) -> Load:
     """Uniform dead pressure towards positive w."""
     test = ufl.TestFunction(film.space)
     value = fem.Constant(film.plate.domain.mesh, value)
-    return Load(form=value * test[2] * film.plate.dx(film.plate.degree))
+    return Load(form=value * test[2] * film.plate.dx(2 * film.plate.degree))
 
 
 def gate(film: Film, gap: float, strength: float = 1.0) -> Load:

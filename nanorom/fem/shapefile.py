@@ -14,6 +14,7 @@ from nanorom.errors import SceneError
 LARGEST_FILE = 100_000_000  # bytes
 ON_A_LINE = 1e-9  # breadth by length of a cloud of points
 KEY = "plate.initial_shape"
+SAME_LINE = 1e-6  # of the table's extent: points nearer than this share a line of their grid
 INSIDE = 1e-9  # points on the film's edge are looked up so much nearer to its centre
 
 
@@ -40,20 +41,60 @@ def read_table(path: Path) -> np.ndarray:
 def read(file: Path, comm: MPI.Comm = MPI.COMM_SELF) -> Callable[[np.ndarray], np.ndarray]:
     """Height (n,) in m at points (n, 2) in m, from a table of x, y, z in m.
 
-    Interpolated with continuous slope (Clough and Tocher) between the table's points, which may
-    lie on a grid or anywhere.  Raises SceneError here if the file is no such table, and on calling,
-    on every rank alike, if its points do not cover the film.
+    Interpolated by cubic splines where the points lie on a grid, else with continuous slope (Clough
+    and Tocher).  Raises SceneError here if the file is no such table, and on calling, on every rank
+    alike, if its points do not cover the film.
     """
-    from scipy.interpolate import CloughTocher2DInterpolator
-
     table = read_table(file)
     size = np.ptp(table[:, :2], axis=0).max()
-    interpolate = CloughTocher2DInterpolator(table[:, :2] / size, table[:, 2])
+    points, z = table[:, :2] / size, table[:, 2]
+    interpolate = _on_grid(points, z) or _scattered(points, z)
 
     def height(points: np.ndarray) -> np.ndarray:
-        found = np.asarray(interpolate(points * ((1 - INSIDE) / size)))
+        found = interpolate(points * ((1 - INSIDE) / size))
         if comm.allreduce(int(np.isnan(found).any())):
             raise SceneError(f"{KEY}: the points of {file} do not cover the film")
         return found
 
     return height
+
+
+Interpolation = Callable[[np.ndarray], np.ndarray]  # points (n, 2) -> heights (n,), nan outside
+
+
+def _on_grid(points: np.ndarray, z: np.ndarray) -> Interpolation | None:
+    """Spline through heights on a rectangular grid, in any order; None if it is no such grid."""
+    from scipy.interpolate import RectBivariateSpline
+
+    lines, index = zip(*(_lines(coordinate) for coordinate in points.T))
+    n_x, n_y = map(len, lines)
+    place = index[0] * n_y + index[1]
+    if len(z) != n_x * n_y or len(np.unique(place)) != len(z):
+        return None
+    grid = np.empty(n_x * n_y)
+    grid[place] = z
+    x, y = lines
+    degrees = {"kx": min(3, n_x - 1), "ky": min(3, n_y - 1)}
+    spline = RectBivariateSpline(x, y, grid.reshape(n_x, n_y), **degrees)
+
+    def interpolate(at: np.ndarray) -> np.ndarray:
+        inside = (x[0] <= at[:, 0]) & (at[:, 0] <= x[-1]) & (y[0] <= at[:, 1]) & (at[:, 1] <= y[-1])
+        return np.where(inside, spline(*at.T, grid=False), np.nan)
+
+    return interpolate
+
+
+def _lines(coordinate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Grid lines, sorted, of coordinates (n,) that differ by rounding, and each one's line."""
+    order = np.argsort(coordinate)
+    steps = np.diff(coordinate[order]) > SAME_LINE
+    line = np.empty(len(coordinate), dtype=int)
+    line[order] = np.concatenate([[0], np.cumsum(steps)])
+    return np.bincount(line, coordinate) / np.bincount(line), line
+
+
+def _scattered(points: np.ndarray, z: np.ndarray) -> Interpolation:
+    from scipy.interpolate import CloughTocher2DInterpolator
+
+    interpolate = CloughTocher2DInterpolator(points, z)
+    return lambda at: np.asarray(interpolate(at))
