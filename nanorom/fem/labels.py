@@ -24,8 +24,7 @@ RADIAL_GRID = 501  # points of a tabulated Bessel function: enough to tell modes
 def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
     """Orient degenerate modes and name all of them by the scene's shape. Collective."""
     if isinstance(scene.geometry, Disc):
-        isotropic = scene.tension.x == scene.tension.y
-        return name_drum(modes, isotropic and is_symmetric(scene))
+        return name_drum(modes, is_symmetric(scene), scene.tension.x == scene.tension.y)
     if isinstance(scene.geometry, Rectangle):
         free = {side: kind == "free" for side, kind in scene.supports.items()}
         return name_rectangle(
@@ -34,16 +33,21 @@ def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
     return name_by_number(modes)
 
 
-def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
+def name_drum(modes: Modes, symmetric: bool, isotropic: bool) -> tuple[Modes, list[str]]:
     """Orient the pairs of a drum and name its modes ``f01``, ``f11c``, ``f11s``... Collective.
 
-    ``isotropic``: the tension is, so that every pair is degenerate by symmetry.
+    ``symmetric``: both axes are mirrors of the drum and its load, so that what splits a pair lies
+    along them; ``isotropic``: the tension is, so that nothing splits a pair of a symmetric drum.
     """
     candidates = _drum_modes(modes.shapes.shape[1])
     content = _drum_content(modes, candidates)
     nearest = np.abs(content).argmax(axis=1)
-    # a cos-sin pair belongs together whatever splits it: both axes are axes of symmetry
-    like = [(*candidates[i], modes.parities[n]) for n, i in enumerate(nearest)]
+    # elsewhere only equal frequencies leave the axes of a pair open
+    splits = np.zeros(len(nearest), dtype=int)
+    if not symmetric:
+        for i, cluster in enumerate(clusters(modes.eigenvalues)):
+            splits[cluster] = i
+    like = [(*candidates[i], splits[n], modes.parities[n]) for n, i in enumerate(nearest)]
     groups = [
         np.array([n for n, other in enumerate(like) if other == one])
         for one in sorted(set(like))
@@ -52,13 +56,18 @@ def name_drum(modes: Modes, isotropic: bool) -> tuple[Modes, list[str]]:
     if any(len(group) > 1 for group in groups):
         modes = orient(modes, groups)
         content = _drum_content(modes, candidates)
+    nearest = np.abs(content).argmax(axis=1)
+    best = content[np.arange(len(nearest)), nearest]
+    lean = np.abs(best.imag) - np.abs(best.real)  # to the sine
     keys: list[tuple] = []
-    for i, best in enumerate(np.abs(content).argmax(axis=1)):
-        p, m = candidates[best]
-        odd = abs(content[i, best].imag) > abs(content[i, best].real)
-        keys.append((p, m, "" if p == 0 else "s" if odd else "c"))
-    if isotropic:
-        pairs = [np.array([n for n, k in enumerate(keys) if k[:2] == one[:2]]) for one in keys]
+    for n, i in enumerate(nearest):
+        p, m = candidates[i]
+        pair = np.flatnonzero(nearest == i)
+        middle = 0.0 if symmetric or len(pair) != 2 else lean[pair].mean()
+        keys.append((p, m, "" if p == 0 else "s" if lean[n] > middle else "c"))
+    if isotropic or not symmetric:
+        like = [(*key[:2], split) for key, split in zip(keys, splits)]
+        pairs = [np.array([n for n, other in enumerate(like) if other == one]) for one in like]
         modes, keys = _sorted(modes, pairs, keys)
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
