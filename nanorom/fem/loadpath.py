@@ -16,8 +16,9 @@ import numpy as np
 from nanorom.errors import SolverError
 from nanorom.fem.statics import MOST_NEWTON_STEPS, ConvergenceTest, StaticProblem
 
-SMALLEST_CUT = 2.0**-14  # of the step asked for
-GROWTH = 1.5  # of an arc-length step that converged easily
+SMALLEST_CUT = 2.0**-14  # of the load reached so far, or of the first arc-length step
+SMALLEST_LOAD = 2.0**-50  # of the load asked for, as long as none is reached
+GROWTH = 1.5  # of a step that converged easily
 EASY = 5  # Newton steps
 LONGEST = 20.0  # of the first arc-length step
 
@@ -57,7 +58,7 @@ def load_steps(
     current = start, problem.free_values()
     for target in magnitudes:
         step = target - current[0]
-        smallest = abs(step) * SMALLEST_CUT
+        smallest = abs(step) * SMALLEST_LOAD
         while current[0] != target:
             trial = target if abs(target - current[0]) <= abs(step) else current[0] + step
             guess = current[1]
@@ -65,13 +66,13 @@ def load_steps(
                 slope = (current[1] - previous[1]) / (current[0] - previous[0])
                 guess = current[1] + slope * (trial - current[0])
             try:
-                problem.solve(trial, guess)
+                newton_steps = problem.solve(trial, guess)
                 if accept is not None and not accept(problem):
                     problem.set_state(current[1], current[0])
                     raise SolverError(f"the state at load {trial:g} is not admissible")
             except SolverError as error:
                 step /= 2
-                if abs(step) < smallest:
+                if abs(step) < (SMALLEST_CUT * abs(current[0] - start) or smallest):
                     raise SolverError(
                         f"the load case stopped at load {current[0]:g} of {target:g}: beyond it no "
                         "equilibrium was found (a limit point or an instability; follow the path "
@@ -79,6 +80,7 @@ def load_steps(
                     ) from error
                 continue
             previous, current = current, (trial, problem.free_values())
+            step *= GROWTH if newton_steps <= EASY else 1.0
         problem.factorise()
         yield PathPoint(current[0], current[1], problem.negative_pivots())
 

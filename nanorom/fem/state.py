@@ -10,7 +10,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from nanorom.errors import SolverError
+from nanorom.errors import SceneError, SolverError
 from nanorom.fem import compat, loadpath, shapefile
 from nanorom.fem import film as films
 from nanorom.fem.build import pulls_at_free_edge
@@ -103,7 +103,14 @@ def load_on(film: Film, load: Load, units: Units) -> films.Load | None:
         parts.append(films.gate(film, load.gap / units.deflection, strength))
     if load.force is not None:
         centre, radius = np.array(load.position) / units.length, load.radius / units.length
-        parts.append(films.patch(film, centre, radius, load.force / units.force))
+        try:
+            parts.append(films.patch(film, centre, radius, load.force / units.force))
+        except SolverError:
+            x, y = load.position
+            raise SceneError(
+                f"load.position: found ({x:g}, {y:g}) m; allowed: a point of the film, whose disc "
+                f"of load.radius = {load.radius:g} m lies on the film too"
+            ) from None
     return functools.reduce(operator.add, parts) if parts else None
 
 
@@ -111,6 +118,11 @@ def explained(load: Load, error: SolverError) -> str:
     """What the load case's failure means for the scene's load."""
     words = str(error).split()
     reached = float(words[words.index("load", 4) + 1]) if "stopped at load" in str(error) else 0.0
+    if load.voltage is not None and (load.pressure, load.force) != (None, None):
+        return (
+            f"load: only {100 * reached:.4g} % of it can be applied before the gate pulls the film "
+            "in; lower the load or widen the gap"
+        )
     if load.voltage is None or reached == 0.0:
         return f"load: only {100 * reached:.4g} % of it can be applied: {error}"
     volts = np.sqrt(reached) * abs(load.voltage)
