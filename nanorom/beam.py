@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 CONVERGED = 1e-11  # change of frequencies when the basis grows by half
-ROUNDING = 1e-12  # of frequencies and coefficients: measured
+ROUNDING = 5e-13  # of frequencies and coefficients: measured
 MOST_FUNCTIONS = 400
 
 

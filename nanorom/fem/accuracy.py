@@ -14,27 +14,30 @@ from functools import lru_cache
 import attrs
 import basix
 import numpy as np
+from mpi4py import MPI
 
 from nanorom.fem import compat, membrane, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
 ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
-POINTWISE = 8.0  # from the extrapolated tail of a shape to its error at the peak
-AVERAGES = 200.0  # from the error of frequencies to that of integrals over shapes
+POINTWISE = 12.0  # from a shape's extrapolated tail in the cells at its peak to its error there
+AT_PEAK = 0.9  # of the largest value: what a cell at the peak has somewhere
+AVERAGES = 3.0  # from the energy of the tail of a shape to the error of integrals over it
 IN_PLANE = 6.0  # from the extrapolated tail of the in-plane displacement to its error
 BACK = 2  # degrees between the two tails that are compared
 
 
 @attrs.frozen(eq=False)
 class ModeErrors:
-    """Estimated relative errors (n,) of modes: frequency, its part from rounding, and the scale.
+    """Estimated relative errors (n,) of modes: frequency, its part from rounding, averages, scale.
 
-    scale: of the value at the peak, to which shapes are scaled.
+    average: of integrals over the shape; scale: of the value at its peak, to which it is scaled.
     """
 
     frequency: np.ndarray
     rounding: np.ndarray
+    average: np.ndarray
     scale: np.ndarray
 
 
@@ -45,16 +48,17 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     """
     plate, n_modes = modes.plate, modes.shapes.shape[1]
     local = modes.shapes[compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]]
-    totals = np.zeros((4, n_modes))  # energy and square of the two tails
-    square = np.zeros(n_modes)
+    totals, square = np.zeros((2, n_modes)), np.zeros(n_modes)  # energy of the two tails
+    heights, tails_of_cells = [np.empty((0, n_modes))], [np.empty((2, 0, n_modes))]
     projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
     for field in quadrature.fields(plate, columns=2 * n_modes):
         cells = local[field.cells]
-        square += _integral(field, np.matmul(field.values, cells) ** 2)
-        for i, projection in enumerate(projections):
-            tail = np.matmul(projection, cells)
-            totals[i] += _linear_energy(plate, field, tail, stiffening)
-            totals[2 + i] += _integral(field, np.matmul(field.values, tail) ** 2)
+        values = np.matmul(field.values, cells)
+        square += _integral(field, values**2)
+        heights.append(np.abs(values).max(axis=1))
+        tails = [np.matmul(projection, cells) for projection in projections]
+        totals += [_linear_energy(plate, field, tail, stiffening) for tail in tails]
+        tails_of_cells.append(np.array([_mean_square(field, tail) for tail in tails]))
     comm = plate.domain.comm
     totals, square = comm.allreduce(totals), comm.allreduce(square)
     total_energy = modes.eigenvalues * square
@@ -66,8 +70,15 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     # of the curvature at a point, not of the matrix's entries, which are its squares
     rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / total_energy)
     discretisation = 0.5 * extrapolated(totals[1], totals[0]) / total_energy
-    scale = POINTWISE * np.sqrt(extrapolated(totals[3], totals[2]) / square)
-    return ModeErrors(discretisation + rounding, rounding, scale)
+    # what an integral weighs a shape with varies faster than the shape, and its tail is larger
+    average = AVERAGES * 0.5 * totals[1] / total_energy
+    height, squares = np.concatenate(heights), np.concatenate(tails_of_cells, axis=1)
+    highest = height.max(axis=0, initial=0.0)
+    comm.Allreduce(MPI.IN_PLACE, highest, op=MPI.MAX)
+    at_peak = np.where(height > AT_PEAK * highest, squares, 0.0).max(axis=1, initial=0.0)
+    comm.Allreduce(MPI.IN_PLACE, at_peak, op=MPI.MAX)
+    scale = POINTWISE * np.sqrt(extrapolated(at_peak[1], at_peak[0])) / highest
+    return ModeErrors(discretisation + rounding, rounding, average, scale)
 
 
 def stiffening_of(plate: Plate, tension: float | None) -> float:
@@ -104,8 +115,7 @@ def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
     """
     own = np.abs(np.einsum("iiii->i", cubic))
     scale = 4 * np.max(modes.scale * own) / np.abs(cubic).max()
-    # averages of a shape converge like its frequency
-    shape = AVERAGES * np.max(modes.frequency - modes.rounding)
+    shape = np.max(modes.average)
     return float(scale + shape + IN_PLANE * in_plane + modes.rounding.max())
 
 
@@ -149,6 +159,12 @@ def _tail_projection(degree: int, kept: int) -> np.ndarray:
 def _integral(field: quadrature.CellFields, density: np.ndarray) -> np.ndarray:
     """Integral (L,) of a density (c, q, L)."""
     return field.weights.ravel() @ density.reshape(field.weights.size, -1)
+
+
+def _mean_square(field: quadrature.CellFields, local: np.ndarray) -> np.ndarray:
+    """Mean (c, L) over each cell of the square of fields with coefficients (c, n, L) in it."""
+    square = np.matmul(field.values, local) ** 2
+    return np.einsum("cq,cql->cl", field.weights, square) / field.weights.sum(axis=1)[:, None]
 
 
 def _linear_energy(

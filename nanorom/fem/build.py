@@ -38,6 +38,7 @@ def build_plate(
         chosen.grading,
         whole,
         chosen.size_factor,
+        chosen.corners,
     )
     domain = attrs.evolve(domain, across=across)
     groups.check_alike(across, domain.mesh.geometry.x)

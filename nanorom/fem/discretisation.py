@@ -13,10 +13,11 @@ from pathlib import Path
 import attrs
 import numpy as np
 
+from nanorom.fem.corners import Corners
 from nanorom.fem.mesh import MESHES, Grading
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
 from nanorom.film import Kind, Spring
-from nanorom.scene import Accuracy, Disc, MeshFile, Rectangle, Scene, String
+from nanorom.scene import Disc, MeshFile, Rectangle, Scene, String
 
 DEGREE = 8
 CALIBRATION = (2.25, 8.5e-8, 10.5)  # wavenumber x size, estimated error, rate: drum, degree 8
@@ -34,7 +35,8 @@ class Discretisation:
     """A geometry file with its parameters, the order of its cells' map, and the degree.
 
     The file describes the part of the film that ``mirrors`` cut out; ``whole``: it is unfolded
-    and the whole film is meshed; ``size_factor`` scales the cells of a geometry file.
+    and the whole film is meshed; ``size_factor`` scales the cells of a geometry file;
+    ``corners``: how cells shrink where the support changes.
     """
 
     file: Path
@@ -45,6 +47,7 @@ class Discretisation:
     mirrors: Mirrors = Mirrors()
     whole: bool = False
     size_factor: float = 1.0
+    corners: Corners | None = None
 
 
 def choose(
@@ -57,7 +60,7 @@ def choose(
     """
     geometry, accuracy, mirrors = scene.geometry, scene.accuracy, Mirrors.of(scene)
     if isinstance(geometry, MeshFile):
-        return _file(geometry, accuracy, tolerance)
+        return _file(scene, geometry, tolerance)
     degree = accuracy.degree or DEGREE
     if tolerance is None:
         size = accuracy.mesh_size / length if accuracy.mesh_size else COARSEST
@@ -69,13 +72,18 @@ def choose(
     return _rectangle(scene, geometry, degree, size, length, layer, mirrors, tolerance)
 
 
-def _file(geometry: MeshFile, accuracy: Accuracy, tolerance: float | None) -> Discretisation:
+def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discretisation:
     """The mesh of a file; a geometry file is meshed finer where the tolerance asks for it."""
-    degree = accuracy.degree or DEGREE
+    degree = scene.accuracy.degree or DEGREE
     finer = 1.0
-    if tolerance is not None and accuracy.tolerance is not None:
-        finer = (tolerance / accuracy.tolerance) ** (1 / CALIBRATION[2])
-    return Discretisation(geometry.file, {}, degree, degree, size_factor=finer)
+    if tolerance is not None and scene.accuracy.tolerance is not None:
+        finer = (tolerance / scene.accuracy.tolerance) ** (1 / CALIBRATION[2])
+    corners = _corners(scene, tolerance)
+    return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
+
+
+def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
+    return None if tolerance is None else Corners.to_tolerance(scene.support.kind, tolerance)
 
 
 def _cell_size(
@@ -160,14 +168,19 @@ def _rectangle(
     """Rows and columns that shrink towards every supported side.
 
     Not towards a free one: the film moves there, and tiny cells would only add rounding error.
+    Corners between the two kinds are graded by themselves.
     """
     sides = {"x": geometry.length / length, "y": geometry.width / length}
     parameters = {"length": sides["x"], "width": sides["y"]}
     size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)
     lines = {}
+    crossing = {"x": OPPOSITE["y"], "y": OPPOSITE["x"]}
     for axis, side in sides.items():
+        corner = 0.0 if tolerance is None else tolerance ** (1 / CORNER_EXPONENT)
+        if all(scene.supports[end] == "free" for end in crossing[axis]):
+            corner = np.inf  # graded by itself
         low, high = (
-            _end_rows(scene.supports[end], min(size, side / 2), tolerance, layer)
+            _end_rows(scene.supports[end], min(size, side / 2), corner, layer)
             for end in OPPOSITE[axis]
         )
         half = axis in mirrors.axes
@@ -187,16 +200,21 @@ def _rectangle(
         return np.column_stack(columns)
 
     file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
-    return Discretisation(file, parameters, degree, 1, Grading(move), mirrors)
+    corners = _corners(scene, tolerance)
+    return Discretisation(
+        file, parameters, degree, 1, Grading(move), mirrors, corners=corners
+    )
 
 
-def _end_rows(kind: Kind, size: float, tolerance: float | None, layer: float) -> np.ndarray:
-    """Widths of the rows towards a side of a kind, from the inside outwards."""
-    if kind == "free" or tolerance is None:
+def _end_rows(kind: Kind, size: float, corner: float, layer: float) -> np.ndarray:
+    """Widths of the rows towards a side of a kind, from the inside outwards.
+
+    corner : smallest row that its corners need, by size; layer : in which it bends, if clamped.
+    """
+    if kind == "free":
         return np.empty(0)
-    corner = size * tolerance ** (1 / CORNER_EXPONENT)
-    bends = kind == "clamped" or isinstance(kind, Spring)
-    smallest = min(layer, corner) if bends and layer > 0 else corner
+    bends = (kind == "clamped" or isinstance(kind, Spring)) and layer > 0
+    smallest = min(layer, corner * size) if bends else corner * size
     return _shrinking(size, smallest, CORNER_RATIO)
 
 

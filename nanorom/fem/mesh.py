@@ -16,6 +16,7 @@ from mpi4py import MPI
 
 from nanorom.errors import MeshError, NanoromError
 from nanorom.fem import compat, curved, vetting
+from nanorom.fem.corners import Corners, Triangulation
 from nanorom.fem.symmetry import AXES, OPPOSITE, Mirrors, line
 
 Placement = Callable[[np.ndarray], np.ndarray]  # points (n, 2) of a flat mesh -> (n, 3)
@@ -119,6 +120,7 @@ def build(
     grading: Grading | None = None,
     unfold: Mirrors | None = None,
     size_factor: float = 1.0,
+    corners: Corners | None = None,
     place: Placement | None = None,
     in_space: bool = False,
 ) -> Domain:
@@ -126,13 +128,14 @@ def build(
 
     ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``unfold`` names the mirrors by
     which the part in the file makes the whole film; ``size_factor`` scales the cells that the file
-    asks for; ``place`` puts the points (n, 2) of a flat file on a surface in space (n, 3);
+    asks for; ``corners`` grades them where the support changes; ``place`` puts the points (n, 2)
+    of a flat file on a surface in space (n, 3);
     ``in_space``: the file is such a surface itself.  Raises MeshError on every rank alike.
     """
     data: MeshData | NanoromError | None = None
     if comm.rank == 0:
         try:
-            data = load(file, parameters or {}, order, grading, size_factor, in_space)
+            data = load(file, parameters or {}, order, grading, size_factor, corners, in_space)
             data = data.unfolded(unfold or Mirrors())
             if place is not None:
                 data = data.placed(place)
@@ -183,6 +186,7 @@ def load(
     order: int,
     grading: Grading | None = None,
     size_factor: float = 1.0,
+    corners: Corners | None = None,
     in_space: bool = False,
 ) -> MeshData:
     """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
@@ -204,7 +208,7 @@ def load(
                 if len(gmsh.model.mesh.getElements(2)[0]) == 0:
                     raise MeshError(f"{file}: no surface in it, or cut short; a film is a surface")
                 if not in_space:
-                    return _from_geometry(gmsh, file, order, grading)
+                    return _from_geometry(gmsh, file, order, grading, corners)
                 gmsh.model.mesh.setOrder(order)
             return _from_mesh(gmsh, file, in_space)
         except MeshError:
@@ -215,13 +219,22 @@ def load(
         gmsh.finalize()
 
 
-def _from_geometry(gmsh: Any, file: Path, order: int, grading: Grading | None) -> MeshData:
+def _from_geometry(
+    gmsh: Any, file: Path, order: int, grading: Grading | None, corners: Corners | None
+) -> MeshData:
     """Straight triangles of the model just meshed, curved to ``order`` on its curves."""
     vertex, points = _vertices(gmsh)
     triangles = _elements(gmsh, 2, vertex)
     _check(points, triangles, file)
     points = points.copy()
     edges = {tag: _curve_edges(gmsh, tag, vertex, points) for _, tag in gmsh.model.getEntities(1)}
+    if corners is not None:
+        named = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
+        mesh = Triangulation(points, triangles, edges).graded(corners, named)
+        points, triangles, edges = mesh.points, mesh.triangles, mesh.edges
+        for tag, (pairs, spans) in edges.items():
+            if gmsh.model.getType(1, tag) != "Line" and len(pairs):
+                points[pairs] = _on_curve(gmsh, tag, spans)
     facets = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
     if grading is not None:
         points = grading.move(points)
@@ -235,11 +248,11 @@ def _from_geometry(gmsh: Any, file: Path, order: int, grading: Grading | None) -
                 continue
         edge_points[i, j] = curve
     cells, n_nodes = curved.number_nodes(triangles, len(points), order)
-    corners = points[triangles]
-    places = curved.curve_cells(corners, _by_cell(triangles, edge_points), order)
+    vertices = points[triangles]
+    places = curved.curve_cells(vertices, _by_cell(triangles, edge_points), order)
     if grading is not None:
-        ring = grading.is_beyond(corners).all(axis=1)
-        places[ring] = curved.polar_cells(corners[ring], order)
+        ring = grading.is_beyond(vertices).all(axis=1)
+        places[ring] = curved.polar_cells(vertices[ring], order)
     nodes = np.empty((n_nodes, 2))
     nodes[cells] = places
     _check_maps(places, order, file)
@@ -264,8 +277,13 @@ def _edge_curves(
         if gmsh.model.getType(1, tag) == "Line" or len(pairs) == 0:
             continue
         t = spans[:, :1] + (spans[:, 1:] - spans[:, :1]) * curved.edge_fractions(order)
-        curve = np.reshape(gmsh.model.getValue(1, tag, t.ravel()), (len(pairs), order - 1, 3))
-        yield from zip(map(tuple, pairs.tolist()), curve[:, :, :2])
+        yield from zip(map(tuple, pairs.tolist()), _on_curve(gmsh, tag, t))
+
+
+def _on_curve(gmsh: Any, tag: int, t: np.ndarray) -> np.ndarray:
+    """Points (..., 2) of a model curve at parameters (...)."""
+    points = np.reshape(gmsh.model.getValue(1, tag, t.ravel()), (*t.shape, 3))
+    return points[..., :2]
 
 
 def _by_cell(
@@ -356,8 +374,7 @@ def _curve_edges(
     t[number[tags.astype(np.int64)]] = parameters
     spans = t[pairs]
     inner = (spans > low) & (spans < high)
-    on_curve = np.reshape(gmsh.model.getValue(1, tag, spans[inner]), (-1, 3))[:, :2]
-    points[pairs[inner]] = on_curve
+    points[pairs[inner]] = _on_curve(gmsh, tag, spans[inner])
     # on a closed curve the seam's vertex has two parameters: take the one on its edge's side
     far = np.abs(spans[:, 0] - spans[:, 1]) > 0.5 * (high - low)
     if len(pairs) > 2:

@@ -228,26 +228,48 @@ def lattice(n: int) -> np.ndarray:
 
 
 def _climb(degree: int, local: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Newton steps from lattice points to the extrema of fields (m, n) in a cell each.
+    """Reference points (m, 2) of the extrema of fields (m, n) in a cell each, near lattice points.
 
-    A step that leaves the triangle is pulled back to it: an extremum outside belongs to a
-    neighbour, which climbs to it itself.
+    Newton steps inside the cell, and along each of its edges: on a free edge of the film the
+    extremum is bound to it.
     """
-    element = compat.reference_element(degree)
-    x, best, highest = start, start.copy(), np.zeros(len(local))
-    for _ in range(NEWTON_STEPS):
-        basis = np.asarray(element.tabulate(2, x)).reshape(6, len(local), -1)
-        value, gx, gy, hxx, hxy, hyy = np.einsum("kmn,mn->km", basis, local)
-        higher = np.abs(value) > highest
-        best[higher], highest[higher] = x[higher], np.abs(value[higher])
-        hessian = np.stack([hxx, hxy, hxy, hyy], axis=1).reshape(-1, 2, 2)
-        curvature, axes = np.linalg.eigh(hessian * -np.sign(value)[:, None, None])
-        slope = np.einsum("mij,mi->mj", axes, np.column_stack([gx, gy]) * np.sign(value)[:, None])
-        # along an axis without curvature (a string's width) there is nothing to gain
-        curved = curvature > FLAT * np.abs(curvature).max(axis=1, keepdims=True)
-        along = np.where(curved, slope / np.where(curved, curvature, 1.0), 0.0)
-        x = _into_triangle(x + np.einsum("mij,mj->mi", axes, along))
+    best, highest = start.copy(), np.zeros(len(local))
+    along_edges = [np.array(side, dtype=float)[None] for side in ((1, 0), (0, 1), (1, -1))]
+    ends = np.array([(0.0, 0.0), (0.0, 0.0), (0.0, 1.0)])
+    for directions, origin in [(np.eye(2), None), *zip(along_edges, ends)]:
+        x = start
+        if origin is not None:
+            side = directions[0]
+            share = np.clip((start - origin) @ side / (side @ side), 0.0, 1.0)
+            x = origin + share[:, None] * side
+        for _ in range(NEWTON_STEPS):
+            size, step = _ascent(degree, local, x, directions)
+            higher = size > highest
+            best[higher], highest[higher] = x[higher], size[higher]
+            x = _into_triangle(x + step)
     return best
+
+
+def _ascent(
+    degree: int, local: np.ndarray, x: np.ndarray, directions: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """|phi| (m,) at points (m, 2) of a cell each, and the Newton steps (m, 2) along directions.
+
+    A step that leaves the triangle is for the caller to pull back: an extremum outside belongs to
+    a neighbour, which climbs to it itself.
+    """
+    basis = np.asarray(compat.reference_element(degree).tabulate(2, x))
+    basis = basis.reshape(6, len(local), -1)
+    value, gx, gy, hxx, hxy, hyy = np.einsum("kmn,mn->km", basis, local)
+    sign = np.sign(value)
+    hessian = -sign[:, None, None] * np.stack([hxx, hxy, hxy, hyy], axis=1).reshape(-1, 2, 2)
+    gradient = sign[:, None] * np.column_stack([gx, gy])
+    curvature, axes = np.linalg.eigh(directions @ hessian @ directions.T)
+    slope = np.einsum("mij,mi->mj", axes, gradient @ directions.T)
+    # along an axis without curvature (a string's width) there is nothing to gain
+    curved = curvature > FLAT * np.abs(curvature).max(axis=1, keepdims=True)
+    along = np.where(curved, slope / np.where(curved, curvature, 1.0), 0.0)
+    return np.abs(value), np.einsum("mij,mj->mi", axes, along) @ directions
 
 
 def _into_triangle(x: np.ndarray) -> np.ndarray:

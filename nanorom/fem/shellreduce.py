@@ -261,7 +261,7 @@ def build_surface(
         chosen.grading,
         chosen.mirrors,
         chosen.size_factor,
-        place,
+        place=place,
     )
 
 
