@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanorom.aim import aimed
-from nanorom.continuation import Diagram, explore_each
+from nanorom.continuation import Diagram, add_isolas, explore_each
 from nanorom.excitation import Damping, Drive, Sweep
 from nanorom.rom import ReducedModel
 
@@ -64,7 +64,8 @@ def respond(
     processes: int | None = None,
     path: str | Path | None = None,
 ) -> Response:
-    """Follow the periodic response over a frequency range at every drive level.
+    """Follow the periodic response over a frequency range at every drive level, isolas included
+    to which the orbits of neighbouring levels lead.
 
     Parameters
     ----------
@@ -110,4 +111,9 @@ def respond(
         if path is not None:
             responsefile.add(path, empty, key, missing[place], diagram)
         report()
-    return attrs.evolve(empty, diagrams=tuple(found[number] for number in range(total)))
+    diagrams = [found[number] for number in range(total)]
+    whole = add_isolas(system, omega, diagrams, processes, **options)
+    response = attrs.evolve(empty, diagrams=tuple(whole))
+    if path is not None and whole != diagrams:
+        responsefile.save(response, path, key)
+    return response

@@ -26,10 +26,12 @@ MOST_BRANCHES = 10_000
 KEY = "key"  # attribute: what the levels were computed from, so that a run can go on
 
 
-def save(response: Response, path: str | Path) -> None:
+def save(response: Response, path: str | Path, key: str | None = None) -> None:
     """Write the response, whole or not at all; raises FileError."""
     with hdf5.create(path, FORMAT, FORMAT_VERSION) as file:
         _write_head(file, response)
+        if key is not None:
+            file.attrs[KEY] = key
         for number, diagram in enumerate(response.diagrams):
             _write_diagram(file.create_group(f"level/{number}"), diagram)
 

@@ -6,7 +6,7 @@ Periodic orbits, stability and bifurcations.
 from .backbone import Backbone, backbone
 from .diagram import Branch, Diagram, SpecialPoint
 from .explore import explore
-from .levels import explore_each, explore_levels
+from .levels import add_isolas, explore_each, explore_levels
 from .locus import Locus, locus
 from .orbit import PeriodicOrbit
 from .states import State, states
@@ -23,6 +23,7 @@ __all__ = [
     "SpecialPoint",
     "State",
     "Sweep",
+    "add_isolas",
     "backbone",
     "explore",
     "explore_each",

@@ -12,6 +12,7 @@ from nanorom.errors import ContinuationError
 from .diagram import Branch, Diagram, SpecialPoint
 from .floquet import FloquetSolver, sort_multipliers
 from .harmonics import forced_support, full_support
+from .isolas import is_near
 from .orbit import PeriodicOrbit
 from .path import Path, Place, orbit_amplitudes, orbit_state, same_orbit
 from .polish import Polished, polish
@@ -52,6 +53,7 @@ def explore(
     steps: int = 2000,
     reach: float = 2.0,
     seeds: Sequence[PeriodicOrbit] = (),
+    known: Diagram | None = None,
 ) -> Diagram:
     """All branches of periodic orbits that are connected to the response from rest, with their
     special points.
@@ -76,6 +78,8 @@ def explore(
     seeds : sequence of PeriodicOrbit
         Orbits, say of another level's diagram, that may lie near a branch which is not connected to
         the others (an isola): where an orbit is found there, its branch is followed, too.
+    known : Diagram
+        The diagram of this level, if it was explored before: only what the seeds lead to is added.
 
     Returns
     -------
@@ -91,7 +95,8 @@ def explore(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
     scaled = system.scaled(direct, parametric)
-    return _Explorer(scaled, (low, high), settings, (direct, parametric)).run(seeds)
+    explorer = _Explorer(scaled, (low, high), settings, (direct, parametric))
+    return explorer.run(seeds) if known is None else explorer.extend(known, seeds)
 
 
 def check_range(omega: tuple[float, float]) -> tuple[float, float]:
@@ -125,14 +130,34 @@ class _Explorer:
         self.branches: list[Branch] = []
         self.points: list[SpecialPoint] = []
         self.waiting: list[_Node] = []
+        self.known: list[Branch] = []  # followed before: their paths are not at hand
 
     def run(self, seeds: Sequence[PeriodicOrbit] = ()) -> Diagram:
         self._base()
         self._bifurcating()
-        for seed in seeds:
+        return self._with_isolas(seeds)
+
+    def extend(self, diagram: Diagram, seeds: Sequence[PeriodicOrbit]) -> Diagram:
+        self.known = list(diagram.branches)
+        self.branches, self.points = list(diagram.branches), list(diagram.special_points)
+        return self._with_isolas(seeds)
+
+    def _with_isolas(self, seeds: Sequence[PeriodicOrbit]) -> Diagram:
+        # of short periods first: they may lead to the others
+        for seed in sorted(seeds, key=lambda seed: seed.period_multiple):
             self._isolated(seed)
-        self._bifurcating()
+            self._bifurcating()
         return Diagram(self.branches, self.points, *self.levels)
+
+    def _is_new(self, orbit: Orbit) -> bool:
+        given = PeriodicOrbit(
+            orbit.coefficients * self.scaled.amplitude,
+            orbit.omega * self.scaled.frequency,
+            orbit.period_multiple,
+        )
+        return not any(path.contains(orbit) for path in self.paths) and not any(
+            is_near(branch, given) for branch in self.known
+        )
 
     def _bifurcating(self) -> None:
         """Every branch that starts at a special point found so far."""
@@ -198,7 +223,7 @@ class _Explorer:
             orbit, _ = tracer.solve(guess, fixed_rate)
         except ContinuationError:
             return
-        if _is_shorter(orbit) or any(path.contains(orbit) for path in self.paths):
+        if _is_shorter(orbit) or not self._is_new(orbit):
             return
         reach = self.settings.reach if p > 1 else 1.0
         rates = (self.range[0] / reach / p, self.range[1] * reach / p)
@@ -211,7 +236,20 @@ class _Explorer:
             end = tracer.orbit(steps[-1], steps[-1].length)
             slope = steps[-1].rate_slope(steps[-1].length)
             steps = follow_closed(tracer, end, -1.0 if slope > 0 else 1.0, rates)
-        self._register(tracer, steps, None, 0)
+        if not steps or self._is_known(tracer, steps):
+            return
+        self._register(tracer, steps, None, 0 if p == 1 else 1)
+
+    def _is_known(self, tracer: Tracer, steps: list[Series]) -> bool:
+        """Whether steps pass through the middle of a branch followed before."""
+        path = Path(tracer, self.floquet, steps)
+        for branch in self.known:
+            middle = branch.orbit(len(branch) // 2)
+            rate = middle.omega / self.scaled.frequency / middle.period_multiple
+            coefficients = middle.coefficients / self.scaled.amplitude
+            if path.contains(Orbit(coefficients, rate, middle.period_multiple)):
+                return True
+        return False
 
     def _switch(self, node: _Node) -> None:
         if node.reached and node.point.type == "PD":
@@ -226,7 +264,7 @@ class _Explorer:
         if len(starts) == 1 and node.reached:
             return
         for orbit, direction in starts:
-            if len(starts) == 1 or not any(path.contains(orbit) for path in self.paths):
+            if (len(starts) == 1 and not self.known) or self._is_new(orbit):
                 self._follow(node, bifurcation, orbit, direction)
 
     def _follow(

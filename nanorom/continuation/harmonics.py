@@ -48,6 +48,16 @@ def resize(coefficients: Array, harmonics: int) -> Array:
     return result
 
 
+def turned(coefficients: Array, angle: float) -> Array:
+    """The function of theta + angle."""
+    numbers = (np.arange(len(coefficients)) + 1) // 2
+    phase = angle * numbers[:, None]
+    moved = np.cos(phase) * coefficients
+    moved[1::2] += np.sin(phase[1::2]) * coefficients[2::2]
+    moved[2::2] -= np.sin(phase[2::2]) * coefficients[1::2]
+    return np.asarray(moved)
+
+
 def stretch(coefficients: Array, factor: int) -> Array:
     """The same motion as a function of theta / factor: harmonic k becomes factor k."""
     harmonics = (len(coefficients) - 1) // 2

@@ -17,9 +17,11 @@ from nanorom.errors import ContinuationError
 
 from .diagram import Diagram
 from .explore import explore
+from .isolas import seeds_for
 from .system import ModalSystem
 
 Level = tuple[float, float]  # direct, parametric
+Jobs = dict[int, tuple[Level, dict[str, Any]]]  # level and its own options by number
 
 
 def explore_levels(
@@ -30,7 +32,8 @@ def explore_levels(
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
 ) -> list[Diagram]:
-    """`explore` at every drive level (direct, parametric), in the order of the levels.
+    """`explore` at every drive level (direct, parametric), in the order of the levels, with the
+    isolas that neighbouring levels lead to.
 
     Parameters
     ----------
@@ -49,7 +52,8 @@ def explore_levels(
         found[number] = diagram
         if progress is not None:
             progress(len(found), len(levels))
-    return [found[number] for number in range(len(levels))]
+    diagrams = [found[number] for number in range(len(levels))]
+    return add_isolas(system, omega, diagrams, processes, **options)
 
 
 def explore_each(
@@ -63,28 +67,75 @@ def explore_each(
 
     Parameters and errors are those of `explore_levels`.
     """
+    levels = _checked(levels)
+    # strong drive costs most: start there
+    order = sorted(range(len(levels)), key=lambda i: -sum(abs(x) for x in levels[i]))
+    jobs: Jobs = {i: (levels[i], {}) for i in order}
+    yield from _each(system, omega, jobs, processes, options)
+
+
+def add_isolas(
+    system: ModalSystem,
+    omega: tuple[float, float],
+    diagrams: Sequence[Diagram],
+    processes: int | None = None,
+    **options: Any,
+) -> list[Diagram]:
+    """The diagrams of neighbouring levels with the isolas to which each other's orbits lead.
+
+    diagrams : those of `explore_levels`, in the order of the levels; the other parameters are those
+        they were made with. A level that gained a branch serves its neighbours in turn.
+    """
+    found = list(diagrams)
+    changed = set(range(len(found)))
+    while changed:
+        jobs: Jobs = {}
+        for i, diagram in enumerate(found):
+            others = [found[j] for j in (i - 1, i + 1) if j in changed and 0 <= j < len(found)]
+            seeds = seeds_for(diagram, others)
+            if seeds:
+                level = (diagram.direct, diagram.parametric)
+                jobs[i] = level, {"known": diagram, "seeds": seeds}
+        changed = set()
+        for i, diagram in _each(system, omega, jobs, processes, options):
+            if len(diagram.branches) > len(found[i].branches):
+                found[i] = diagram
+                changed.add(i)
+    return found
+
+
+def _checked(levels: Sequence[Level]) -> list[Level]:
+    try:
+        return [(float(d), float(p)) for d, p in levels]
+    except (TypeError, ValueError):
+        raise ContinuationError("levels: give pairs of numbers (direct, parametric)") from None
+
+
+def _each(
+    system: ModalSystem,
+    omega: tuple[float, float],
+    jobs: Jobs,
+    processes: int | None,
+    options: dict[str, Any],
+) -> Iterator[tuple[int, Diagram]]:
+    """The diagrams of jobs as they are finished, begun in the order of the jobs."""
     if processes is None:
         processes = len(os.sched_getaffinity(0))
     if processes < 1:
         raise ContinuationError(f"processes: {processes} is not a positive number")
-    try:
-        levels = [(float(d), float(p)) for d, p in levels]
-    except (TypeError, ValueError):
-        raise ContinuationError("levels: give pairs of numbers (direct, parametric)") from None
-    processes = min(processes, len(levels))
+    processes = min(processes, len(jobs))
     if processes <= 1:
-        for number, level in enumerate(levels):
-            yield number, _one(system, omega, level, options)
+        for number in sorted(jobs):
+            level, own = jobs[number]
+            yield number, _one(system, omega, level, options | own)
         return
     # a forked process needs no import and no guard in the caller's script
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
     context = multiprocessing.get_context(method)
     others = multiprocessing.active_children()
-    given = system, omega, options
+    given = system, omega, jobs, options
     with ProcessPoolExecutor(processes, context, _start, given) as pool:
-        # strong drive costs most: start there
-        order = sorted(range(len(levels)), key=lambda i: -sum(abs(x) for x in levels[i]))
-        waiting = {pool.submit(_shared, levels[i]): i for i in order}
+        waiting = {pool.submit(_shared, number): number for number in jobs}
         try:
             for future in as_completed(waiting):
                 yield waiting[future], future.result()
@@ -101,22 +152,23 @@ def explore_each(
 
 # What all levels share is given to each process when it starts: tasks stay so small that the pipe
 # to the processes never fills, for a full one holds up the end of a pool whose processes died.
-_given: tuple[ModalSystem, tuple[float, float], dict[str, Any]]
+_given: tuple[ModalSystem, tuple[float, float], Jobs, dict[str, Any]]
 
 
 def _start(
-    system: ModalSystem, omega: tuple[float, float], options: dict[str, Any]
+    system: ModalSystem, omega: tuple[float, float], jobs: Jobs, options: dict[str, Any]
 ) -> None:
     """Leave interrupts to the parent, and do not outlive it."""
     global _given
-    _given = system, omega, options
+    _given = system, omega, jobs, options
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
-def _shared(level: Level) -> Diagram:
-    system, omega, options = _given
-    return _one(system, omega, level, options)
+def _shared(number: int) -> Diagram:
+    system, omega, jobs, options = _given
+    level, own = jobs[number]
+    return _one(system, omega, level, options | own)
 
 
 def _end_with_parent() -> None:

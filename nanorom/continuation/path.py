@@ -11,7 +11,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from .floquet import FloquetSolver
-from .harmonics import differentiate, fourier_matrix
+from .harmonics import differentiate, fourier_matrix, turned
 from .series import Series
 from .system import Array
 from .trace import Orbit, Tracer, real_roots
@@ -123,12 +123,8 @@ def same_orbit(first: Orbit, second: Orbit, tolerance: float = SAME_ORBIT) -> bo
     rows = min(len(first.coefficients), len(second.coefficients))
     one, two = first.coefficients[:rows], second.coefficients[:rows]
     scale = max(float(np.abs(two).max(initial=0.0)), 1e-9)
-    numbers = (np.arange(rows) + 1) // 2
     for shift in range(first.period_multiple):
-        angle = 2 * np.pi * shift / first.period_multiple * numbers[:, None]
-        moved = np.cos(angle) * one
-        moved[1::2] += np.sin(angle[1::2]) * one[2::2]
-        moved[2::2] -= np.sin(angle[2::2]) * one[1::2]
+        moved = turned(one, 2 * np.pi * shift / first.period_multiple)
         if np.abs(moved - two).max(initial=0.0) < tolerance * scale:
             return True
     return False

@@ -10,7 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from nanorom.continuation import (
+    ModalSystem,
     PeriodicOrbit,
+    add_isolas,
     backbone,
     explore,
     explore_levels,
@@ -71,7 +73,8 @@ def _integrate(system, orbit, direct, parametric):
             direct * system.direct + parametric * system.parametric @ q
         )
         force = system.stiffness @ q + system.quadratic @ q @ q + system.cubic @ q @ q @ q
-        return np.concatenate([v, drive - force - system.damping @ v])
+        total = drive - force - system.damping @ v
+        return np.concatenate([v, np.linalg.solve(system.mass, total)])
 
     span = (0.0, orbit.period)
     return solve_ivp(right_side, span, _state(orbit), method="DOP853", rtol=1e-12, atol=1e-14).y[
@@ -171,6 +174,45 @@ def test_branch_out_of_reach_is_found_from_an_orbit_on_it() -> None:
     assert len(seeded.branches) == 3
     assert sum(not branch.stable.any() for branch in seeded.branches) == 1
     assert all(branch.ending == "range" for branch in seeded.branches)
+
+
+def tuned_absorber() -> ModalSystem:
+    """Duffing oscillator with a nonlinear tuned vibration absorber, masses 1 and 0.05.
+
+    Detroux, Habib, Masset and Kerschen 2015, doi:10.1016/j.ymssp.2015.01.035: below the force at
+    which it merges with the main branch, its upper resonance is an isola.
+    """
+    between = np.array([1.0, -1.0])
+    cubic = 0.0042 * np.einsum("i,j,k,l->ijkl", *[between] * 4)
+    cubic[0, 0, 0, 0] += 1.0
+    spring, friction = np.outer(between, between), np.diag([0.002, 0.0])
+    return ModalSystem(
+        mass=[1.0, 0.05],
+        damping=friction + 0.0129 * spring,
+        stiffness=np.diag([1.0, 0.0]) + 0.0454 * spring,
+        cubic=cubic,
+        direct=[1.0, 0.0],
+    )
+
+
+def test_isolas_are_reached_from_neighbouring_levels() -> None:
+    system, omega = tuned_absorber(), (0.6, 2.5)
+    levels = [(force, 0.0) for force in (0.06, 0.13, 0.15, 0.17, 0.19)]
+    serial, parallel = (explore_levels(system, omega, levels, processes=n) for n in (1, 2))
+    assert [len(diagram.branches) for diagram in serial] == [1, 2, 2, 2, 2]
+    for one, two in zip(serial, parallel):
+        for a, b in zip(one.branches, two.branches, strict=True):
+            np.testing.assert_array_equal(a.omega, b.omega)
+    alone = explore(system, omega, 0.13)
+    assert len(alone.branches) == 1
+    isola = serial[1].branches[1]
+    assert isola.ending == "closed"
+    folds = [point.omega for point in serial[1].points("LP", branch=1)]
+    np.testing.assert_allclose(sorted(folds), [isola.omega.min(), isola.omega.max()], rtol=1e-3)
+    assert add_isolas(system, omega, serial, 1) == serial  # nothing is found twice
+    for index in range(0, len(isola), 20):
+        orbit = isola.orbit(index)
+        assert np.abs(_integrate(system, orbit, 0.13, 0.0) - _state(orbit)).max() < 1e-8
 
 
 def test_subharmonic_resonance_of_order_three_is_reached_from_a_guess() -> None:
