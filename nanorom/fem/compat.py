@@ -77,6 +77,8 @@ def _distributed(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, domain: 
     cells = np.ascontiguousarray(cells, dtype=np.int64)
     points = np.ascontiguousarray(points, dtype=np.float64)
     names = list(inspect.signature(dolfinx.mesh.create_mesh).parameters)
+    if _basix_ufl is None:  # 0.5 takes arrays too, but writes them out in an error first
+        cells = dolfinx.cpp.graph.AdjacencyList_int64(cells)
     by_name = {"comm": comm, "cells": cells, "x": points, "domain": domain, "e": domain}
     arguments = [by_name[name] for name in names if name in by_name]
     partitioner = _shared_facet_partitioner()
