@@ -15,6 +15,7 @@ from nanorom.errors import AccuracyWarning
 from nanorom.fem import build, compat, discretisation, labels, reduce, state
 from nanorom.fem import modes as eigen
 from nanorom.fem.cases import FlatCases
+from nanorom.fem.groups import Team
 from nanorom.fem.plan import Plan
 from nanorom.fem.shapes import normalise
 from nanorom.fem.step import StaticCases, load_cases
@@ -22,6 +23,7 @@ from nanorom.scene import Modes, Scene
 
 TOLERANCE = 1e-6
 REPEATS = 2
+ALONE = Team(MPI.COMM_SELF, MPI.COMM_SELF)
 
 
 @attrs.frozen
@@ -67,7 +69,7 @@ def plan(scene: Scene, kind: type[Plan] = Plan) -> Callable[[], tuple[np.ndarray
 
     def solve() -> tuple[np.ndarray, np.ndarray]:
         made = kind.of(scene)
-        found = reduce.solve(MPI.COMM_SELF, made, scene.accuracy.tolerance, reduce.Stopwatch(None))
+        found = reduce.solve(ALONE, made, scene.accuracy.tolerance, reduce.Stopwatch(None))
         result = made.scales.frequency(found.modes.eigenvalues), found.cubic
         compat.free_memory(MPI.COMM_SELF)
         return result

@@ -114,3 +114,11 @@ def test_blocks_by_symmetry_save_load_cases_and_change_nothing():
 
 def test_beam_saves_the_plate_strip_and_changes_nothing():
     assert skips.beam().difference < SKIPPED
+
+
+def test_mirrors_and_pairs_save_work_and_change_nothing():
+    scene = exact.with_tolerance(exact.paper_drum(), 1e-3).scene.with_(modes=Modes(count=3))
+    quarter = skips.plan(scene)
+    for full in (skips.plan(scene, skips.WholePlan), skips.plan(scene.with_(method="step"))):
+        # both meshes are right to the scene's tolerance; a quarter is that of the whole
+        assert skips.compared("", quarter, full).difference < SKIPPED
