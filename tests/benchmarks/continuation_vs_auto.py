@@ -231,7 +231,7 @@ def main() -> None:
         ]
     if options.drum is not None:
         parts += [
-            "\n## Whole diagram of the paper's drum, 20 to 90 MHz\n",
+            "\n## Whole diagram of the paper's drum, 20 to 90 MHz, isolas included\n",
             "| L | levels | branches | special points | cores | wall s | CPU s |",
             "|---" * 7 + "|",
             *drum(options.drum),
