@@ -25,6 +25,7 @@ COARSEST = 0.8  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
 OUTERMOST = 1.2  # of the layer: width of a drum's outermost ring
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
+ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
 CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
@@ -68,7 +69,8 @@ def choose(
         size = _cell_size(geometry, scene.modes.highest, length, tolerance)
     order = max(degree, 2)
     if isinstance(geometry, Disc):
-        return _disc(degree, order, size, layer, mirrors, tolerance)
+        spot = _spot(scene, length, tolerance)
+        return _disc(degree, order, size, layer, mirrors, tolerance, spot)
     return _rectangle(scene, geometry, degree, size, length, layer, mirrors, tolerance)
 
 
@@ -114,32 +116,54 @@ def _disc(
     layer: float,
     mirrors: Mirrors,
     tolerance: float | None,
+    spot: float,
 ) -> Discretisation:
-    """Drum of radius 1 in rings of equal width, then of widths that shrink to the layer."""
+    """Drum of radius 1 in rings of equal width, then of widths that shrink to the layer.
+
+    spot : radius on which a force at the centre acts, 0 without one; it gets a ring of its own, and
+    rings grow from it to the others.
+    """
     shrinking = np.empty(0)
     if tolerance is not None:
         shrinking = _shrinking(size, OUTERMOST * layer, _layer_ratio(tolerance))
     inner = 1 - shrinking.sum()
     n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
-    widths = np.concatenate([np.full(n_inner, inner / n_inner), shrinking])
-    radii = np.concatenate([[0.0], np.cumsum(widths)])
+    uniform = inner / n_inner * np.arange(1, n_inner + 1)
+    core = np.empty(0)
+    if 0 < spot < inner and tolerance is not None:
+        uniform = uniform[uniform > spot * (1 + ALIKE)]
+        count = int(np.ceil(np.log(uniform[0] / spot) / np.log(_layer_ratio(tolerance))))
+        core = spot * (uniform[0] / spot) ** (np.arange(count) / count)
+        core = np.concatenate([inner / n_inner * np.arange(1, spot * n_inner / inner), core])
+    radii = np.concatenate([[0.0], core, uniform, inner + np.cumsum(shrinking)])
     radii[-1] = 1.0
     parameters = {
         "radius": 1.0,
-        "rings": len(widths),
+        "rings": len(radii) - 1,
         "growth": GROWTH,
         "sectors": 4 * np.ceil(GROWTH * (n_inner + (0.5 if len(shrinking) else 0))),
         "quadrants": 4 // mirrors.copies,
     }
-    uniform = np.linspace(0.0, 1.0, len(radii))
+    equal = np.linspace(0.0, 1.0, len(radii))
 
     def move(points: np.ndarray) -> np.ndarray:
         radius = np.linalg.norm(points, axis=1)
-        scale = np.interp(radius, uniform, radii) / np.where(radius > 0, radius, 1.0)
+        scale = np.interp(radius, equal, radii) / np.where(radius > 0, radius, 1.0)
         return points * scale[:, None]
 
-    grading = Grading(move, polar=min(inner, radii[-2]))
+    grading = Grading(move, polar=spot if len(core) else min(inner, radii[-2]))
     return Discretisation(MESHES / "drum.geo", parameters, degree, order, grading, mirrors)
+
+
+def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
+    """Radius on which a force at a drum's centre acts, 0 without one.
+
+    Under a point force the deflection is smooth but for r^2 log r.
+    """
+    load = scene.load
+    if load is None or not load.force or not load.centred or tolerance is None:
+        return 0.0
+    return load.radius / length or float(np.sqrt(tolerance))
 
 
 def _layer_ratio(tolerance: float) -> float:

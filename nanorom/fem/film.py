@@ -24,6 +24,7 @@ from nanorom.fem.shapes import bounding_box
 from nanorom.fem.statics import StaticProblem
 from nanorom.fem.symmetry import AXES, Parity
 
+RESOLVED = 1e-8  # relative error of the area of a disc that cells fill without being cut
 OUTSIDE = 1e-9  # a point is in a cell if no barycentric coordinate is below minus that
 NEWTON_STEPS = 20
 
@@ -171,9 +172,21 @@ def gate(film: Film, gap: float, strength: float = 1.0) -> Load:
 def patch(film: Film, centre: np.ndarray, radius: float, force: float = 1.0) -> Load:
     """A force spread evenly over a disc; a point force if its radius is 0. Collective.
 
-    The disc is integrated on its own polar Gauss points, wherever the cells lie.  On a part of a
-    mirrored film the load is that part's share of one that has the same mirrors.
+    The disc is integrated cell by cell where no cell is cut by its rim, else on its own polar Gauss
+    points.  On a part of a mirrored film the load is that part's share of one that has the same
+    mirrors.
     """
+    if radius > 0:
+        plate, mesh = film.plate, film.plate.domain.mesh
+        at = ufl.SpatialCoordinate(mesh) - fem.Constant(mesh, np.asarray(centre, dtype=float))
+        square, value = fem.Constant(mesh, float(radius) ** 2), fem.Constant(mesh, 1.0)
+        inside = ufl.conditional(ufl.lt(ufl.inner(at, at), square), value, 0.0)
+        dx = plate.dx(2 * plate.degree)
+        area = plate.domain.comm.allreduce(fem.assemble_scalar(compat.form(inside * dx)))
+        whole = np.pi * radius**2
+        if abs(plate.mirrors.copies * area / whole - 1) < RESOLVED:
+            value.value = force / whole
+            return Load(form=inside * ufl.TestFunction(film.space)[2] * dx)
     points, weights = np.zeros((1, 2)), np.ones(1)
     if radius > 0:
         n = 4 * film.plate.degree
