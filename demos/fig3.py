@@ -52,11 +52,12 @@ PAPER = {  # what the paper says, row by row
 
 
 def reduced(variant, count=MODES):
-    """The drum of demos/drum.toml with or without bending; its lowest modes."""
+    """The drum of demos/drum.toml with or without bending under the spot; its lowest modes."""
     scene = nanorom.Scene.from_file(Path(__file__).with_name("drum.toml"))
     thickness = scene.plate.thickness
     plate = nanorom.Plate(thickness=thickness, model="auto" if variant == "plate" else variant)
-    return nanorom.reduce(scene.with_(plate=plate, modes=count, drive=None, sweep=None))
+    spot = nanorom.Drive(1.0, **SPOT)
+    return nanorom.reduce(scene.with_(plate=plate, modes=count, drive=spot))
 
 
 def levels(model, ladder):

@@ -20,7 +20,6 @@ from pathlib import Path
 import numpy as np
 
 import nanorom
-from nanorom import aim
 from nanorom.aim import aimed
 from nanorom.files import make_directory
 from nanorom.instrument import Calibration, amplitude_ratio, calibrate, force_of_tongue, power
@@ -37,8 +36,10 @@ ABOVE = 2.0  # gamma at 0 dBm by the threshold of f01
 def main(directory="results/instrument", count=6, modes=MODES):
     """Print forces found and exerted; return ratios (mode alone, all modes) by mode."""
     scene = nanorom.Scene.from_file(Path(__file__).with_name("drum.toml"))
-    model = nanorom.reduce(scene.with_(modes=count, drive=None, sweep=None))
-    patterns(model)
+    scene = scene.with_(modes=count)
+    model = nanorom.reduce(scene.with_(drive=nanorom.Drive(1.0, **SPOT)))
+    point = nanorom.Drive(1.0, direct_pattern="point", position=POSITION)
+    patterns(model.drive | nanorom.reduce(scene.with_(drive=point)).drive, model.label)
     drive = nanorom.Drive(BETA * amplitude_ratio(LEVELS, 0.0), **SPOT)
     exerted = np.abs(aimed(model, drive).drive["spot"]) * BETA
     watts = "  ".join(f"{level:g} dBm = {power(level) * 1e3:.3f} mW" for level in LEVELS)
@@ -64,16 +65,14 @@ def main(directory="results/instrument", count=6, modes=MODES):
     return ratios
 
 
-def patterns(model):
+def patterns(force, labels):
     """Print J of each mode for three patterns."""
-    spot = aim.spot(model.shapes, POSITION, RADIUS)
-    point = aim.point(model.shapes, POSITION)
     print("J_r: pressure, spot of 1/e^2 radius 1 um at (1.0, 0.6) um, point there; max |phi| = 1")
     print("mode   pressure (um^2 = pN/Pa)  spot (um^2 = pN/Pa)  point (1 = N/N)")
-    for r, label in enumerate(model.label):
-        pressure = 1e12 * model.drive["pressure"][r]
+    for r, label in enumerate(labels):
+        pressure = 1e12 * force["pressure"][r]
         pressure = pressure if abs(pressure) > 1e-9 else 0.0
-        print(f"{label:5} {pressure:24.4f} {1e12 * spot[r]:20.4f} {point[r]:16.4f}")
+        print(f"{label:5} {pressure:24.4f} {1e12 * force['spot'][r]:20.4f} {force['point'][r]:16.4f}")
 
 
 def measured_folds(model, drive, r):
