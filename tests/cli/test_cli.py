@@ -171,7 +171,7 @@ def test_two_ranks_write_the_model_of_one(tmp_path, scene, results):
         [*launch, sys.executable, "-m", "nanorom", "reduce", str(scene), "-o", str(output)],
         capture_output=True,
         text=True,
-        env={**os.environ, **allow, "OMPI_MCA_btl": "^tcp"},
+        env={**os.environ, **allow, "OMPI_MCA_btl": "^tcp,ofi"},
         timeout=LONGEST,
     )
     assert done.returncode == 0, done.stderr
