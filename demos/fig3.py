@@ -162,14 +162,15 @@ def column(full, model, ladder, response):
         "numbers of f21, f02, f03": ", ".join(f"{number[m]}" for m in ("f21c", "f02", "f03")),
         "PD at 2 f01 opens": f"at level {opened['f01'][0]:.5f}, {2 * opened['f01'][1]:.4f} f01",
         "PD at 2 f11 opens": f"at levels {' and '.join(f11)}",
-        "f01 at half drive meets f21": " and ".join(f"{value:.3f}" for value in resonance),
+        "f01 at half drive meets f21": " and ".join(beside(w, ph.PAPER_NS) for w in resonance),
         "held back (locked) at": f"{min(locked):.3f} to {max(locked):.3f}" if locked else "nowhere",
         "nm of f01 per level": ", ".join(responsivity),
         "barrier breaks at level": f"{broken:.2f}" if surge else f"above {ladder[-1]:g}",
-        "peak then": f"{surge.peak:.3f}, {found[-1][1].peak:.3f} at {found[-1][0]:g}"
+        "peak then": f"{beside(surge.peak, ph.PAPER_PEAK)}, then rising to "
+        f"{beside(found[-1][1].peak, ph.PAPER_PEAK)} at level {found[-1][0]:g}"
         if surge
-        else f"{max(reach.peak for _, reach in found):.3f}",
-        "NS point": f"{near[0]:.4f} at level {near[1]:g}" if near else "none",
+        else beside(max(reach.peak for _, reach in found), ph.PAPER_PEAK),
+        "NS point": f"{beside(near[0], ph.PAPER_NS)} at level {near[1]:g}" if near else "none",
     }
     points = [ph.nearest_torus(diagram, model) for diagram in response.diagrams]
     points = [point for point in points if point is not None]
@@ -177,6 +178,11 @@ def column(full, model, ladder, response):
         best = min(points, key=lambda p: abs(p.omega / tau / full.frequency[0] - ph.PAPER_NS))
         text["most excited beside f01"] = ph.most_excited(model, best.orbit, 5)
     return text
+
+
+def beside(value, paper):
+    """A value and its difference from the paper's."""
+    return f"{value:.3f} ({value / paper - 1:+.1%})"
 
 
 def surge_level(model, found):
@@ -205,6 +211,7 @@ def print_table(columns):
         print(f"\n{row}\n    {'paper':28} {paper}")
         for title, entries in columns.items():
             print(f"    {title:28} {entries.get(row, '-')}")
+    print("\nin brackets: by the paper's; what they depend on: demos/dependence.py")
 
 
 def with_f03(full, folder, step):

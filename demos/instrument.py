@@ -72,7 +72,8 @@ def patterns(force, labels):
     for r, label in enumerate(labels):
         pressure = 1e12 * force["pressure"][r]
         pressure = pressure if abs(pressure) > 1e-9 else 0.0
-        print(f"{label:5} {pressure:24.4f} {1e12 * force['spot'][r]:20.4f} {force['point'][r]:16.4f}")
+        spot, point = 1e12 * force["spot"][r], force["point"][r]
+        print(f"{label:5} {pressure:24.4f} {spot:20.4f} {point:16.4f}")
 
 
 def measured_folds(model, drive, r):

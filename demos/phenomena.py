@@ -82,12 +82,23 @@ def stable_stretches(diagram, branch, model):
     unit = 1 / (tau * model.frequency[0])
     special = diagram.points(branch=diagram.branches.index(branch))
 
+    scale = np.array([np.ptp(branch.omega), *np.maximum(branch.amplitude.max(axis=0), 1e-300)])
+
+    def place(where):
+        """Frequency and amplitudes of points, each by how much it varies."""
+        return np.column_stack([np.atleast_1d(where.omega), np.atleast_2d(where.amplitude)]) / scale
+
+    along = place(branch)
+
     def end(before, after):
         """The special point that lies between two points of the branch."""
-        low, high = branch.amplitude[before], branch.amplitude[after]
+        low, high = along[before], along[after]
+        ends = sorted((low[0], high[0]))
 
         def detour(point):
-            here = point.amplitude
+            (here,) = place(point)
+            if point.type == "LP" and ends[0] < here[0] < ends[1]:
+                return np.inf  # frequencies turn at a fold: it is not between those of the points
             return np.linalg.norm(here - low) + np.linalg.norm(here - high)
 
         nearest = min(special, key=detour)
