@@ -77,9 +77,7 @@ def _check_format(file: h5py.File, kind: str, newest: int) -> None:
     found = text(file.attrs.get("format", ""))
     if found != kind:
         raise FileError(f"an HDF5 file of format {found!r}; expected {kind!r}")
-    version = file.attrs.get("format_version")
-    if not isinstance(version, (int, np.integer)) or version < 1:
-        raise FileError(f"format_version: found {version!r}; expected {newest}")
+    version = integer(file, "format_version", 1, None)
     if version > newest:
         raise FileError(
             f"format_version: found {version}, this nanorom reads up to {newest}; "
@@ -176,6 +174,16 @@ def read_attributes(parent: h5py.Group) -> dict[str, Any]:
         else:
             raise FileError(f"{name}: found type {type(value).__name__}; expected numbers or text")
     return found
+
+
+def integer(parent: h5py.Group, name: str, low: int, high: int | None) -> int:
+    """An attribute that is a whole number in a range."""
+    value = parent.attrs.get(name)
+    whole = isinstance(value, (int, np.integer))
+    if not whole or value < low or (high is not None and value > high):
+        shown = value.item() if isinstance(value, np.generic) else value
+        raise FileError(f"{name}: found {shown!r}; expected an integer from {low}")
+    return int(value)
 
 
 def from_json(words: str) -> dict[str, Any]:

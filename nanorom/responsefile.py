@@ -168,21 +168,21 @@ def _write_ragged(group: h5py.Group, arrays: list[NDArray[Any]], size: int) -> N
 
 
 def _read_diagram(level: h5py.Group, size: int) -> Diagram:
-    count = _integer(level, "branches", 0, MOST_BRANCHES)
+    count = hdf5.integer(level, "branches", 0, MOST_BRANCHES)
     branches = []
     for number in range(count):
         group = hdf5.group(level, f"branch/{number}")
         omega = _finite(group, "omega", (None,))
         n = len(omega)
-        parent = _integer(group, "parent", NONE, count - 1)
-        origin = _integer(group, "origin", NONE, None)
+        parent = hdf5.integer(group, "parent", NONE, count - 1)
+        origin = hdf5.integer(group, "origin", NONE, None)
         branches.append(
             Branch(
                 omega=omega,
                 amplitude=_finite(group, "amplitude", (n, size)),
                 stable=hdf5.read(group, "stable", (n,), kinds="ub").astype(bool),
                 multipliers=hdf5.read(group, "multipliers", (n, 2 * size), kinds="c"),
-                period_multiple=_integer(group, "period_multiple", 1, None),
+                period_multiple=hdf5.integer(group, "period_multiple", 1, None),
                 parent=None if parent == NONE else parent,
                 origin=None if origin == NONE else origin,
                 coefficients=_read_ragged(group, n, size),
@@ -245,11 +245,3 @@ def _level(group: h5py.Group, name: str) -> float:
     if not 0 <= value < np.inf:
         raise FileError(f"{name}: found {value}; expected a finite level")
     return value
-
-
-def _integer(group: h5py.Group, name: str, low: int, high: int | None) -> int:
-    value = group.attrs.get(name)
-    whole = isinstance(value, (int, np.integer))
-    if not whole or value < low or (high is not None and value > high):
-        raise FileError(f"{name}: found {value!r}; expected an integer from {low}")
-    return int(value)
