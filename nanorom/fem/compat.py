@@ -139,6 +139,11 @@ def input_nodes(mesh: Any) -> np.ndarray:
     return np.asarray(mesh.geometry.input_global_indices)
 
 
+def input_cells(mesh: Any) -> np.ndarray:
+    """Number in the input of every local and ghost cell."""
+    return np.asarray(mesh.topology.original_cell_index)
+
+
 def vector_of(function: Any) -> Any:
     """PETSc vector that shares the memory of a function's degrees of freedom."""
     if hasattr(function.x, "petsc_vec"):

@@ -20,6 +20,7 @@ from nanorom.errors import SolverError
 from nanorom.fem import compat, quadrature
 from nanorom.fem.modes import ClassStiffness
 from nanorom.fem.plate import Attraction, Plate
+from nanorom.fem.ritz import LinearForce
 from nanorom.fem.shapes import bounding_box
 from nanorom.fem.statics import StaticProblem
 from nanorom.fem.symmetry import AXES, Parity
@@ -206,9 +207,16 @@ def problem(film: Film, load: Load | None) -> StaticProblem:
     load = load or Load()
     even = film.plate.mirrors.even
     linear = film.embed(ClassStiffness(film.plate)[even])
+    force = LinearForce(film.plate, film.state, film.w, film.plate.linear_energy(film.w))
     energy = film.stretching_energy() + film.preload_energy()
     return StaticProblem(
-        film.state, energy, load.form, load.nodal, film.fixed(even), constant=linear
+        film.state,
+        energy,
+        load.form,
+        load.nodal,
+        film.fixed(even),
+        constant=linear,
+        force=lambda columns: force(even, columns),
     )
 
 

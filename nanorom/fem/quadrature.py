@@ -80,14 +80,17 @@ def _cells_per_chunk(plate: Plate, n_points: int, columns: int) -> int:
 
 
 def fields_at(
-    plate: Plate, points: np.ndarray, weights: np.ndarray, columns: int = 1
+    plate: Plate,
+    points: np.ndarray,
+    weights: np.ndarray,
+    columns: int = 1,
+    cells: np.ndarray | None = None,
 ) -> Iterator[CellFields]:
-    """The same at given reference points (q, 2) and weights (q,)."""
+    """The same at given reference points (q, 2) and weights (q,), of all cells or of some."""
     step = _cells_per_chunk(plate, len(weights), columns)
-    n_cells = owned_cells(plate)
-    for first in range(0, n_cells, step):
-        cells = np.arange(first, min(first + step, n_cells))
-        yield tabulate(plate, cells, points, weights)
+    cells = np.arange(owned_cells(plate)) if cells is None else cells
+    for first in range(0, len(cells), step):
+        yield tabulate(plate, cells[first : first + step], points, weights)
 
 
 def tabulate(

@@ -200,7 +200,7 @@ def solve_to_tolerance(
             return solution
         if solution.diagnostics["error_rounding"] > tolerance / 2 or not can_refine(plan.scene):
             break
-        aim *= min(0.3, tolerance / solution.error)
+        aim = power_below(aim * min(0.3, tolerance / solution.error))
         compat.free_memory(team.within, solution.modes.mass.comm.tompi4py())
     best = min(solutions, key=lambda solution: solution.error)
     warnings.warn(
@@ -210,6 +210,11 @@ def solve_to_tolerance(
         stacklevel=2,
     )
     return best
+
+
+def power_below(value: float) -> float:
+    """The next power of two: the same for estimates that differ in rounding, as of other ranks."""
+    return float(2.0 ** np.floor(np.log2(value)))
 
 
 def can_refine(scene: Scene) -> bool:

@@ -13,7 +13,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
@@ -23,8 +22,9 @@ from nanorom.fem import algebra, compat
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity
 
-POLISHED = 1e-10  # relative change of a shape below which it is not corrected again
-MOST_CORRECTIONS = 8
+POLISHED = 1e-12  # relative change of a shape below which it is not corrected again
+MOST_CORRECTIONS = 6
+DEPENDENT = 1e-12  # of a square: directions that add nothing to the others
 Columns = Callable[[np.ndarray], np.ndarray]  # (owned rows, m) -> (owned rows, m)
 
 
@@ -81,30 +81,57 @@ def polished(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (m,), sorted, and vectors (owned rows, m) of unit mass. Collective.
 
-    ``vectors`` are close; ``solve`` undoes ``force`` up to the rounding of its factors.  Inverse
-    iteration on the residual, with Ritz values (Knyazev 2001, doi:10.1137/S1064827500366124,
-    without the search directions that only far starts need).
+    ``vectors`` are close; ``solve`` undoes ``force`` up to the rounding of its factors.  The space
+    of the vectors grows by what inverse iteration would correct them by, until that is nothing
+    (block Davidson: Crouzeix, Philippe, Sadkane 1994, doi:10.1137/0915004).
     """
-    comm = mass.comm.tompi4py()
+    comm, count = mass.comm.tompi4py(), vectors.shape[1]
+    space = Subspace(comm, force, mass)
+    new = vectors
     for _ in range(MOST_CORRECTIONS):
-        forces, masses = force(vectors), algebra.multiply(mass, vectors)
-        values, rotation = ritz(comm, vectors, forces, masses)
-        vectors, forces, masses = vectors @ rotation, forces @ rotation, masses @ rotation
-        correction = solve(forces - masses * values)
-        vectors = vectors - correction
-        change, size = comm.allreduce(
-            np.stack([np.sum(a**2, axis=0) for a in (correction, vectors)])
-        )
-        if np.all(change <= POLISHED**2 * size):
+        space.add(new)
+        values, vectors, residual = space.lowest(count)
+        correction = solve(residual)
+        sizes = [np.sum(a**2, axis=0) for a in (correction, vectors)]
+        change, size = comm.allreduce(np.stack(sizes))
+        far = change > POLISHED**2 * size
+        if not far.any():
             break
-    return values, vectors
+        new = correction[:, far]
+    return values, vectors - correction
 
 
-def ritz(
-    comm: MPI.Comm, vectors: np.ndarray, forces: np.ndarray, masses: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Ritz values (m,) and the rotation (m, m) of the vectors, the same on every rank."""
-    products = comm.allreduce(np.stack([vectors.T @ forces, vectors.T @ masses]))
-    energy, square = 0.5 * (products + products.transpose(0, 2, 1))
-    found: tuple[np.ndarray, np.ndarray] = scipy.linalg.eigh(energy, square)
-    return found
+class Subspace:
+    """Columns of unit energy, orthogonal in it, with the forces and masses that belong to them.
+
+    In the energy, not in the mass: there a trace of what is rough would count for most.
+    """
+
+    def __init__(self, comm: MPI.Comm, force: Columns, mass: PETSc.Mat) -> None:
+        self._comm, self._force, self._mass = comm, force, mass
+        self._parts: tuple[np.ndarray, ...] = ()  # columns, forces, masses
+
+    def add(self, columns: np.ndarray) -> None:
+        """Make the space larger by columns (owned rows, m). Collective."""
+        new: tuple[np.ndarray, ...]
+        new = columns, self._force(columns), algebra.multiply(self._mass, columns)
+        for _ in range(2):  # once loses orthogonality
+            if self._parts:
+                share = self._comm.allreduce(self._parts[1].T @ new[0])
+                new = tuple(part - old @ share for part, old in zip(new, self._parts))
+            energy = self._comm.allreduce(new[0].T @ new[1])
+            size = np.sqrt(np.diag(energy))
+            squares, rotation = np.linalg.eigh(0.5 * (energy + energy.T) / np.outer(size, size))
+            kept = squares > DEPENDENT
+            rotation = rotation[:, kept] / np.sqrt(squares[kept]) / size[:, None]
+            new = tuple(part @ rotation for part in new)
+        self._parts = tuple(map(np.hstack, zip(self._parts, new))) if self._parts else new
+
+    def lowest(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Ritz values (m,), vectors (owned rows, m) of unit mass, and residuals. Collective."""
+        columns, forces, masses = self._parts
+        mass = self._comm.allreduce(columns.T @ masses)
+        inverse, rotation = np.linalg.eigh(-0.5 * (mass + mass.T))
+        values = -1 / inverse[:count]
+        rotation = rotation[:, :count] * np.sqrt(values)
+        return values, columns @ rotation, forces @ rotation - masses @ rotation * values

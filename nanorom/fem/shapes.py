@@ -17,10 +17,11 @@ from mpi4py import MPI
 
 from nanorom.fem import accuracy, compat, peaks, quadrature
 from nanorom.fem.accuracy import ModeErrors
-from nanorom.fem.modes import Modes
+from nanorom.fem.modes import Modes, clusters
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import AXES, line
 
+EQUAL = 1e-11  # eigenvalues closer than this (relative) differ in rounding alone
 SPLIT = 1e-3  # of the anisotropy (between -1 and 1), below which it does not decide
 TIE = 1e-3  # extrema closer than this (relative) are equal, and the angle decides
 SAME = 1e-6  # extrema closer than this (relative) to the largest may be larger
@@ -41,7 +42,11 @@ def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
         if len(group) > 1:
             rotation = _rotation(modes.plate, shapes[:, group])
             rotated = rotation.T**2 @ eigenvalues[group]
-            order = np.argsort(rotated, kind="stable")
+            order = np.argsort(rotated)
+            for equal in clusters(rotated[order], EQUAL):
+                # a difference in rounding must not order them: the rotation does
+                order[equal] = np.sort(order[equal])
+                rotated[order[equal]] = rotated[order[equal]].mean()
             eigenvalues[group] = rotated[order]
             shapes[:, group] = (shapes[:, group] @ rotation)[:, order]
     return attrs.evolve(modes, shapes=shapes, eigenvalues=eigenvalues)
@@ -118,7 +123,9 @@ def normalise_film(modes: Modes, stiffening: float = 0.0) -> tuple[Modes, ModeEr
     scale = errors.scale
     if peaks.is_homogeneous(plate):
         mode, places = extrema.peaks(np.minimum(scale + SAME, TIE))
-        found, deviations = peaks.fitted(modes, mode, places, _inside(plate, places))
+        low, high = bounding_box(plate)
+        inside, area = _inside(plate, places), float(np.prod(high - low))
+        found, deviations = peaks.fitted(modes, mode, places, inside, area)
         for i, value in enumerate(values):
             own = np.flatnonzero(mode == i)
             highest = own[np.argmax(np.nan_to_num(np.abs(found[own])))]

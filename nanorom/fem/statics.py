@@ -16,6 +16,7 @@ from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 from nanorom.fem import algebra, compat
+from nanorom.fem.ritz import Columns
 
 RESIDUAL = 1e-11  # of a step, relative to its load
 STEP = 1e-10  # a Newton step so small (relative to the state) has converged too
@@ -35,6 +36,7 @@ class StaticProblem:
     nodal_load : (local dofs,) further unit load, e.g. a point force.
     fixed : local numbers (unrolled) of the degrees of freedom that do not move.
     constant : stiffness (all degrees of freedom) of a further energy, quadratic in the state.
+    force : what that stiffness does to (local dofs, m), to more digits than its entries have.
     symmetric : the load has a potential too (False for a follower load on a free edge).
     """
 
@@ -47,6 +49,7 @@ class StaticProblem:
         fixed: np.ndarray | None = None,
         symmetric: bool = True,
         constant: PETSc.Mat | None = None,
+        force: Columns | None = None,
     ) -> None:
         self.state = state
         self.space = state.function_space
@@ -64,7 +67,7 @@ class StaticProblem:
         self._residual = compat.form(residual)
         self._stiffness = compat.form(ufl.derivative(residual, state))
         self._full = algebra.assemble(self._stiffness)
-        self._constant = constant
+        self._constant, self._force = constant, force
         if constant is not None:
             self._full.axpy(1.0, constant, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         self.stiffness = self.free.restrict(self._full)
@@ -91,11 +94,8 @@ class StaticProblem:
     def residual(self) -> np.ndarray:
         """R(x, p) on the owned free degrees of freedom. Collective."""
         r = algebra.assemble_vector(self._residual)
-        if self._constant is not None:
-            x, product = self._constant.createVecRight(), self._constant.createVecLeft()
-            x.array[:] = self.state.x.array[: self.free.n_owned]
-            self._constant.mult(x, product)
-            r += product.array_r
+        if self._force is not None:
+            r += self._force(self.state.x.array[:, None])[:, 0]
         r = r[self.free.local]
         return r if self._nodal is None else r - float(self.magnitude.value) * self._nodal
 
