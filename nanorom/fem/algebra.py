@@ -14,6 +14,9 @@ from nanorom.errors import SolverError
 REFINED = 1e-13  # relative residual above which a solution is refined
 MOST_REFINEMENTS = 2
 RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
+# null pivots are found; no ScaLAPACK root, which hides inertia; room, in percent of what the
+# analysis expects, for pivots that several ranks have to delay
+MUMPS = {"mat_mumps_icntl_24": 1, "mat_mumps_icntl_13": 1, "mat_mumps_icntl_14": 100}
 
 
 def assemble(form: Any) -> PETSc.Mat:
@@ -63,9 +66,9 @@ class FreeDofs:
 def use_cholesky(solver: PETSc.KSP) -> None:
     """Make a Krylov solver a direct one: Cholesky factors of MUMPS that know their inertia."""
     options = PETSc.Options(solver.getOptionsPrefix())
-    for control in ("mat_mumps_icntl_24", "mat_mumps_icntl_13"):
+    for control, value in MUMPS.items():
         if not options.hasName(control):
-            options[control] = 1  # null pivots are found; no ScaLAPACK root, which hides inertia
+            options[control] = value
     solver.setType("preonly")
     factor = solver.getPC()
     factor.setType("cholesky")

@@ -24,6 +24,8 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from nanorom.fem.partition import destinations
+
 try:  # DOLFINx >= 0.7: UFL elements are Basix elements
     import basix.ufl as _basix_ufl
 except ImportError:
@@ -81,21 +83,20 @@ def _distributed(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, domain: 
         cells = dolfinx.cpp.graph.AdjacencyList_int64(cells)
     by_name = {"comm": comm, "cells": cells, "x": points, "domain": domain, "e": domain}
     arguments = [by_name[name] for name in names if name in by_name]
-    partitioner = _shared_facet_partitioner()
-    if partitioner is None:
-        return dolfinx.mesh.create_mesh(*arguments)
-    return dolfinx.mesh.create_mesh(*arguments, partitioner=partitioner)
+    # facets between two ranks need the cells on both sides: they become ghosts
+    found = destinations(cells[:, :3], points, comm.size)
+    return dolfinx.mesh.create_mesh(*arguments, partitioner=lambda *_: _adjacency(found))
 
 
-def _shared_facet_partitioner() -> Any:
-    # interior-facet integrals need the cells on both sides of a facet between two ranks
-    ghosts = dolfinx.mesh.GhostMode.shared_facet
-    for arguments in ((ghosts,), (ghosts, 2)):  # 0.11 asks how many cells may share a facet
-        try:
-            return dolfinx.mesh.create_cell_partitioner(*arguments)
-        except (AttributeError, TypeError):
-            continue
-    return None  # 0.5 ghosts shared facets by default
+def _adjacency(rows: list[np.ndarray]) -> Any:
+    """DOLFINx' own ragged array of 32-bit integers."""
+    values = np.concatenate([*rows, np.empty(0, dtype=np.int32)]).astype(np.int32)
+    offsets = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int32)
+    adjacency = getattr(dolfinx.graph, "adjacencylist", None)
+    if adjacency is None:
+        return dolfinx.cpp.graph.AdjacencyList_int32(values, offsets)
+    made = adjacency(values, offsets)
+    return getattr(made, "_cpp_object", made)
 
 
 def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:

@@ -6,22 +6,25 @@ import pytest
 from mpi4py import MPI
 
 from nanorom.errors import NanoromError
-from nanorom.fem import reduce_scene
+from nanorom.fem import partition, reduce_scene
 from nanorom.fem.discretisation import MESHES
 from nanorom.rom import ReducedModel
-from nanorom.scene import Accuracy, Load, MeshFile, Reduction
+from nanorom.scene import Accuracy, Load, MeshFile, Reduction, String
 from tests.fem.exact import RADIUS, drum, paper_drum
 
 SIZE = MPI.COMM_WORLD.size
 SAME = 1e-10  # of the largest entry
-FEW_CELLS = Accuracy(degree=5, mesh_size=RADIUS / 2)
+FEW_CELLS = Accuracy(degree=6, mesh_size=RADIUS / 3)
 
 SCENES = {
     "paper": paper_drum(6),
     "degenerate pairs": drum(100.0, count=6, accuracy=FEW_CELLS),
     "degenerate pairs without mirrors": attrs.evolve(
-        drum(100.0, count=3, accuracy=FEW_CELLS),
+        drum(100.0, count=5, accuracy=FEW_CELLS),
         geometry=MeshFile(file=MESHES / "drum.geo", scale=RADIUS),
+    ),
+    "near modes on a second mesh": attrs.evolve(
+        drum(100.0, count=3), geometry=String(length=8 * RADIUS, width=RADIUS)
     ),
     "static load cases": drum(
         100.0, count=3, accuracy=FEW_CELLS, reduction=Reduction(method="step")
@@ -42,6 +45,14 @@ def test_groups_of_ranks_give_the_same_model(name, groups):
     scene = SCENES[name]
     alone = reduce_scene(scene, comm=MPI.COMM_SELF)
     assert_same(reduce_scene(scene, groups=groups), alone)
+
+
+def test_cells_are_dealt_out_by_place_with_those_across_a_facet():
+    corners, points = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2]]), np.array(
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 1.0]]
+    )
+    found = partition.destinations(corners, points, 3)
+    assert [(ranks[0], set(ranks[1:])) for ranks in found] == [(0, {1}), (1, {0, 2}), (2, {1})]
 
 
 def test_ranks_are_dealt_out_evenly():
