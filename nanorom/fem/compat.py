@@ -78,13 +78,13 @@ def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: in
 def _distributed(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, domain: Any) -> Any:
     cells = np.ascontiguousarray(cells, dtype=np.int64)
     points = np.ascontiguousarray(points, dtype=np.float64)
+    # facets between two ranks need the cells on both sides: they become ghosts
+    found = destinations(cells[:, :3], points, comm.size)
     names = list(inspect.signature(dolfinx.mesh.create_mesh).parameters)
     if _basix_ufl is None:  # 0.5 takes arrays too, but writes them out in an error first
         cells = dolfinx.cpp.graph.AdjacencyList_int64(cells)
     by_name = {"comm": comm, "cells": cells, "x": points, "domain": domain, "e": domain}
     arguments = [by_name[name] for name in names if name in by_name]
-    # facets between two ranks need the cells on both sides: they become ghosts
-    found = destinations(cells[:, :3], points, comm.size)
     return dolfinx.mesh.create_mesh(*arguments, partitioner=lambda *_: _adjacency(found))
 
 
