@@ -16,6 +16,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from nanorom import inertia
 from nanorom.errors import SceneError, SolverError
 from nanorom.film import Kind, Spring
 
@@ -45,6 +46,12 @@ class Beam:
     tension: float
     mass_per_length: float
     ends: tuple[Kind, Kind] = ("clamped", "clamped")
+
+    @property
+    def axial_frequency(self) -> float:
+        """Of the slowest axial motion, which condensation takes to be infinitely fast."""
+        velocity = np.sqrt(self.axial_stiffness / self.mass_per_length)
+        return float(velocity / (2 * self.length))
 
     def end_stiffness(self, first: Array, second: Array) -> Array:
         """Stiffness (n, n) of elastic ends for functions of values and slopes (2, n) there."""
@@ -235,6 +242,8 @@ def reduce_beam(scene: Scene) -> ReducedModel:
     )
     found = modes(beam, scene.modes.highest)
     index = np.array(scene.modes.numbers) - 1
+    axial = beam.axial_frequency
+    inertia.check(axial, found.frequency[index[-1]])
     pick = np.ix_(index, index)
     frequency, mass = found.frequency[index], found.mass[index]
     damping = np.zeros((len(index),) * 2)
@@ -258,6 +267,7 @@ def reduce_beam(scene: Scene) -> ReducedModel:
             "asymmetry": 0.0,
             "error_frequency": found.error[0],
             "error_tensor": found.error[1],
+            "in_plane_frequency": axial,
         },
         scene=scene.to_toml(),
         method="direct",

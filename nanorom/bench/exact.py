@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 DATA = Path(__file__).parent / "data"
 
 RADIUS, THICKNESS, MODULUS, DENSITY, NU = 2.5e-6, 10e-9, 410e9, 2267.0, 0.16
+SMALL_STRAIN = 1e-3  # in-plane resonances are far above those of the deflection
 
 
 @attrs.frozen(eq=False)
@@ -121,9 +122,15 @@ class Film:
 GRAPHENE = Film()
 
 
-def drum(kappa: float, count: int = 11, film: Film = GRAPHENE) -> Case:
-    """Clamped drum with T R^2/D = kappa; infinite for a membrane."""
+def drum(kappa: float, count: int = 11, film: Film | None = None) -> Case:
+    """Clamped drum with T R^2/D = kappa; infinite for a membrane.
+
+    Unless a film is given it is graphene's, or so thin that the tension stretches it little.
+    """
     membrane = bool(np.isinf(kappa))
+    if film is None:
+        thin = RADIUS * np.sqrt(12 * SMALL_STRAIN / max(kappa, 1e-300))
+        film = attrs.evolve(GRAPHENE, thickness=THICKNESS if membrane else min(THICKNESS, thin))
     tension = film.modulus * film.thickness * 1e-4 if membrane else kappa * film.tension_unit
     scene = film.scene(Tension(tension, tension), count, "membrane" if membrane else "plate")
     solution = cache(lambda: spectral.isotropic(kappa, count))

@@ -19,7 +19,8 @@ import numpy as np
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import accuracy, algebra, compat, groups, membrane, quadrature
+from nanorom.fem import algebra, compat, groups, inplane, membrane, quadrature
+from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.symmetry import Parity, product_parity
 
@@ -27,6 +28,7 @@ SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflecti
 REFINED = 1e-13  # residual beyond which displacements are solved for again
 TINY = 1e-300
 MOST_COLUMNS = 64  # load cases solved together
+MOST_APART = 1  # numbers of two modes whose product is looked at by itself
 
 ByParity = dict[Parity, np.ndarray]
 
@@ -55,20 +57,21 @@ class FlatCases:
         total = 0.5 * self.trilinear(q, q, q) + self._stiffness @ q
         return total - self._stiffness @ q
 
-    def in_plane_error(self, amplitude: float) -> float:
-        """Estimated error of the in-plane energy relative to the largest of a mode. Collective.
+    def in_plane(self, amplitude: float) -> InPlane:
+        """What is known of the displacements, errors relative to the largest energy of a mode.
 
-        It does not depend on the amplitude.
+        It does not depend on the amplitude.  Collective.
         """
         n = len(self.modes.parities)
-        largest, error = 0.0, 0.0
+        largest, found = 0.0, []
         for first in range(0, n, MOST_COLUMNS):
-            q = np.eye(n)[:, first : first + MOST_COLUMNS]
-            largest = max(largest, np.abs(np.diag(self._trilinear(q, q, q)[first:])).max())
-            for displacement in self.displacement.values():
-                longer, tail = accuracy.in_plane_tails(self.plate, displacement)
-                error = max(error, accuracy.extrapolated(tail, longer).max())
-        return float(error / largest)
+            own = np.eye(n)[:, first : first + MOST_COLUMNS]
+            for apart in range(min(n, MOST_APART + 1)):  # products of two modes move more slowly
+                other = np.eye(n, k=apart)[:, first : first + MOST_COLUMNS]
+                force = self._trilinear(own, other, own)
+                largest = max(largest, np.abs(np.diag(force[first:])).max())
+                found += [inplane.known(self.plate, moved) for moved in self.displacement.values()]
+        return InPlane.of_parts(found, largest)
 
     def tangents(self, q: np.ndarray) -> np.ndarray:
         """d eta_r/d q_l (m, L, L) at states q (L, m). Collective."""

@@ -20,44 +20,45 @@ from collections.abc import Iterator, Sequence
 import attrs
 import numpy as np
 
-from nanorom.fem import accuracy, algebra, compat, groups, membrane, quadrature
+from nanorom.fem import algebra, compat, groups, inplane, membrane, quadrature
+from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity, product_parity
 
 
-def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, float]:
+def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, InPlane]:
     """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l. Collective.
 
-    in_plane : ``"free"`` (condensed) or ``"fixed"``.  Also gives the estimated error of the
-    in-plane energy relative to the largest pair product.
+    in_plane : ``"free"`` (condensed) or ``"fixed"``.  Also gives what is known of the in-plane
+    displacements, errors relative to the largest pair product.
     """
-    products, error = stretching_products(modes.plate, modes.shapes, modes.parities, in_plane)
-    return symmetrised(products), error
+    products, known = stretching_products(modes.plate, modes.shapes, modes.parities, in_plane)
+    return symmetrised(products), known
 
 
 def stretching_tensors(
     modes: Modes, in_plane: str = "free"
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, InPlane]:
     """Linear, quadratic and cubic stretching force of a film that is not flat. Collective.
 
     (L, L), (L, L, L) and (L, L, L, L), fully symmetric.  The initial shape w0 is one deflection
-    more, of constant amplitude: E(w0 + w) - E(w0) is Marguerre's strain.  Also gives the
-    estimated error of the in-plane energy.
+    more, of constant amplitude: E(w0 + w) - E(w0) is Marguerre's strain.  Also gives
+    what is known of the in-plane displacements.
     """
     plate, n = modes.plate, len(modes.parities)
     shapes = np.column_stack([modes.shapes, plate.shape.x.array])
     parities = [*modes.parities, plate.mirrors.even]
-    products, error = stretching_products(plate, shapes, parities, in_plane)
+    products, known = stretching_products(plate, shapes, parities, in_plane)
     mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>
     quadratic = 0.5 * (mixed + mixed.transpose(1, 0, 2) + mixed.transpose(2, 1, 0))
-    return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n]), error
+    return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n]), known
 
 
 def stretching_products(
     plate: Plate, shapes: np.ndarray, parities: list[Parity], in_plane: str
-) -> tuple[np.ndarray, float]:
-    """G (L, L, L, L) of deflections (local dofs, L), and its estimated error. Collective."""
+) -> tuple[np.ndarray, InPlane]:
+    """G (L, L, L, L) of deflections (local dofs, L), and what is known of it. Collective."""
     n_modes = len(parities)
     pairs = pairs_by_parity(parities)
 
@@ -69,7 +70,7 @@ def stretching_products(
     for parity, members in pairs.items():
         _unpack(plate.mirrors.copies * found[parity].energy, members, products)
     largest = max(part.largest for part in found.values())
-    return products, max(part.error for part in found.values()) / largest
+    return products, InPlane.of_parts((part.known for part in found.values()), largest)
 
 
 def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
@@ -84,12 +85,12 @@ def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
 class ClassProducts:
     """Products of the pairs of one parity.
 
-    energy: <E_jk, E_lm> (p, p); largest: of <S_jk, S_jk>; error: estimated, of the energy.
+    energy: <E_jk, E_lm> (p, p); largest: of <S_jk, S_jk>; known: of the displacements.
     """
 
     energy: np.ndarray
     largest: float
-    error: float
+    known: InPlane
 
 
 def _class_products(
@@ -100,11 +101,9 @@ def _class_products(
     if in_plane == "free":
         displacements = _displacements(plate, shapes, pairs)
     energy, rigid = _pair_products(plate, shapes, pairs, displacements)
-    errors = dict.fromkeys(pairs, 0.0)
-    for parity, displacement in displacements.items():
-        longer, tail = accuracy.in_plane_tails(plate, displacement)
-        errors[parity] = float(accuracy.extrapolated(tail, longer).max())
-    return {p: ClassProducts(energy[p], rigid[p], errors[p]) for p in pairs}
+    known = dict.fromkeys(pairs, InPlane())
+    known |= {parity: inplane.known(plate, moved) for parity, moved in displacements.items()}
+    return {p: ClassProducts(energy[p], rigid[p], known[p]) for p in pairs}
 
 
 def _displacements(

@@ -17,6 +17,7 @@ from petsc4py import PETSc
 from nanorom.fem import algebra, compat, condensation, quadrature
 from nanorom.fem import modes as eigen
 from nanorom.fem.film import Film
+from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.ritz import LinearForce
@@ -82,21 +83,21 @@ class Tensors:
     """Modal force of a film: stretching (L, L), quadratic (L, L, L), cubic (L, L, L, L).
 
     ``stretching`` is the linear force that the modes' stiffness does not contain;
-    ``in_plane_error`` estimates the relative error of the condensed in-plane energy.
+    ``in_plane`` is what is known of the in-plane displacements.
     """
 
     stretching: np.ndarray
     quadratic: np.ndarray
     cubic: np.ndarray
-    in_plane_error: float
+    in_plane: InPlane
 
 
 def tensors(modes: Modes, in_plane: str = "free") -> Tensors:
     """Coefficients by direct condensation, those of the attraction included. Collective."""
     n = len(modes.parities)
     if modes.plate.shape is None:
-        cubic, error = condensation.cubic_tensor(modes, in_plane)
-        found = Tensors(np.zeros((n, n)), np.zeros((n, n, n)), cubic, error)
+        cubic, known = condensation.cubic_tensor(modes, in_plane)
+        found = Tensors(np.zeros((n, n)), np.zeros((n, n, n)), cubic, known)
     else:
         found = Tensors(*condensation.stretching_tensors(modes, in_plane))
     attraction = modes.plate.attraction

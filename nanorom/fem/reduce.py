@@ -12,6 +12,7 @@ import numpy as np
 from mpi4py import MPI
 
 import nanorom
+from nanorom import inertia
 from nanorom.beam import reduce_beam
 from nanorom.errors import AccuracyWarning, SceneError, SolverError
 from nanorom.fem import (
@@ -35,6 +36,7 @@ from nanorom.fem import step as stiffness_evaluation
 from nanorom.fem.build import build_plate, pulls_at_free_edge
 from nanorom.fem.cases import FlatCases
 from nanorom.fem.groups import Team, split
+from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.plan import Plan
 from nanorom.fem.scales import Scales
@@ -79,6 +81,8 @@ def reduce_scene(
     journal = Journal(output, key_of(scene, comm.size), comm)
     solution = solve_to_tolerance(team, plan, watch, journal)
     modes, plate = solution.modes, solution.modes.plate
+    frequency = scales.frequency(modes.eigenvalues)
+    inertia.check(solution.diagnostics.get("in_plane_frequency", np.inf), frequency[-1])
     selected = np.array(scene.modes.numbers) - 1
     with watch.stage("patterns"):
         products = modal_products(modes)
@@ -96,7 +100,6 @@ def reduce_scene(
     names, quadratic, cubic = solution.names, solution.quadratic, solution.cubic
     stiffness = scales.tension * (products.stiffness + solution.stretching)
     mass = scales.mass * products.mass
-    frequency = scales.frequency(modes.eigenvalues)
     pressure = scales.length**2 * products.area
     model = ReducedModel(
         frequency=frequency,
@@ -273,9 +276,11 @@ def solve(
         diagnostics |= {
             "error_frequency": float(errors.frequency.max()) + diagnostics.get("error_state", 0.0),
             "error_frequencies": errors.frequency,
-            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane),
+            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane.error),
             "error_rounding": float(errors.rounding.max()),
         }
+        if np.isfinite(in_plane.eigenvalue):
+            diagnostics["in_plane_frequency"] = scales.in_plane_frequency(in_plane.eigenvalue)
         diagnostics = team.across.bcast(diagnostics)  # all groups decide alike
     named = [names[i] for i in selected]
     return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics)
@@ -287,16 +292,16 @@ def tensors(
     modes: Modes,
     watch: Stopwatch,
     journal: Journal | None = None,
-) -> tuple[np.ndarray, np.ndarray, float, dict[str, Any]]:
+) -> tuple[np.ndarray, np.ndarray, InPlane, dict[str, Any]]:
     """Quadratic (N/m^2) and cubic (N/m^3) tensors by the route that the scene asks for.
 
-    Also the estimated error of the in-plane energy and what the route tells of itself. Collective.
+    Also what is known of the in-plane displacements and what the route tells of itself. Collective.
     """
     plate, count = modes.plate, modes.shapes.shape[1]
     in_plane = scene.reduction.in_plane
     if scene.reduction.method == "direct":
-        cubic, error = condensation.cubic_tensor(modes, in_plane)
-        return np.zeros((count,) * 3), scales.cubic * cubic, error, {"asymmetry": 0.0}
+        cubic, known = condensation.cubic_tensor(modes, in_plane)
+        return np.zeros((count,) * 3), scales.cubic * cubic, known, {"asymmetry": 0.0}
     amplitude = scene.reduction.amplitude or scene.plate.thickness
     # with deflections in units of the amplitude, stretching is measured against the tension
     strength = scales.cubic * amplitude**2 / scales.tension
@@ -307,10 +312,11 @@ def tensors(
         result = stiffness_evaluation.step(
             modes, count, 1.0, in_plane, lambda i, n: watch.tell("load cases", i, n), journal
         )
+    stiffness_evaluation.check_potential(result)
     quadratic = scales.tension / amplitude * result.quadratic
     cubic = scales.cubic / strength * result.cubic
     found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases, "amplitude": amplitude}
-    return quadratic, cubic, result.in_plane_error, found
+    return quadratic, cubic, result.in_plane, found
 
 
 def loaded_tensors(
@@ -320,7 +326,7 @@ def loaded_tensors(
     modes: Modes,
     watch: Stopwatch,
     journal: Journal | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, dict[str, Any]]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, InPlane, dict[str, Any]]:
     """The same about a static state, after the scaled linear stretching. Collective."""
     method, count = scene.reduction.method, len(modes.parities)
     found: dict[str, Any] = {"asymmetry": 0.0}
@@ -335,11 +341,12 @@ def loaded_tensors(
             progress=lambda i, n: watch.tell("load cases", i, n),
             journal=journal,
         )
+        stiffness_evaluation.check_potential(result)
         quadratic, cubic = result.quadratic, result.cubic
         found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases}
         found["amplitude"] = amplitude
     quadratic = scales.tension / units.deflection * quadratic
-    return direct.stretching, quadratic, scales.cubic * cubic, direct.in_plane_error, found
+    return direct.stretching, quadratic, scales.cubic * cubic, direct.in_plane, found
 
 
 def on_triangulation(

@@ -40,6 +40,11 @@ class Scales:
         mass = material.density * h * length**2
         return cls(length, tension, mass, stretch / length**2, stiffness / tension)
 
+    def in_plane_frequency(self, eigenvalue: float) -> float:
+        """Frequency in Hz of a scaled in-plane eigenvalue per unit of membrane stiffness."""
+        stiffness = self.cubic * self.length**2
+        return float(np.sqrt(eigenvalue * stiffness / self.mass) / (2 * np.pi))
+
     def frequency(self, eigenvalues: np.ndarray) -> np.ndarray:
         """Frequencies in Hz of eigenvalues of the scaled problem."""
         return np.sqrt(eigenvalues * self.tension / self.mass) / (2 * np.pi)

@@ -37,6 +37,7 @@ from nanorom.fem.shapes import normalise
 from nanorom.fem.shell import LOWEST_DEGREE, Shell
 from nanorom.fem.shellcases import ShellCases, ShellModes
 from nanorom.fem.statics import StaticProblem
+from nanorom.fem.step import check_potential
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import MeshFile, Scene
@@ -80,6 +81,7 @@ def reduce_shell(
         result = shellstep.step(
             cases, amplitude, lambda i, n: watch.tell("load cases", i, n)
         )
+        check_potential(result)
         missed = shellstep.truncation(cases, result, h)
     with watch.stage("patterns"):
         points, cells, values = drawing.triangulation(with_deflection(modes))

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from nanorom.fem.inplane import InPlane
 from nanorom.fem.shellcases import ShellCases
 from nanorom.fem.step import Case, StepResult, coefficients, is_mirrored, load_cases, symmetric
 
@@ -41,7 +42,7 @@ def step(
         if case not in forces:
             forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
     quadratic, cubic = coefficients(forces, n, amplitude)
-    return symmetric(quadratic, cubic, amplitude, len(solved), 0.0)
+    return symmetric(quadratic, cubic, amplitude, len(solved), InPlane())
 
 
 def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:

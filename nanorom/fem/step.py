@@ -21,8 +21,9 @@ import ufl
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import accuracy, algebra, compat, groups, membrane
+from nanorom.fem import algebra, compat, groups, inplane, membrane
 from nanorom.fem.cases import FlatCases
+from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity
@@ -31,6 +32,7 @@ from nanorom.journal import Journal
 Case = tuple[tuple[int, int], ...]  # (mode, sign) of every mode taking part
 
 QUADRATIC_NOISE = 1e-3  # of the cubic force: quadratic coefficients below it are round-off
+NOT_A_POTENTIAL = 1e-2  # asymmetry of tensors that are refused
 SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
 
 
@@ -53,15 +55,15 @@ class StepResult:
 
     quadratic (L, L, L), cubic (L, L, L, L): fully symmetrised; asymmetry: largest entry that
     symmetrisation changed, relative to the largest entry (an error indicator: exact coefficients
-    derive from a potential); n_cases: load cases solved; in_plane_error: estimated, of the in-plane
-    energy relative to the largest energy of a case.
+    derive from a potential); n_cases: load cases solved; in_plane: what is known of the
+    displacements, errors relative to the largest energy of a case.
     """
 
     quadratic: np.ndarray
     cubic: np.ndarray
     asymmetry: float
     n_cases: int
-    in_plane_error: float
+    in_plane: InPlane
 
 
 def step(
@@ -106,8 +108,7 @@ def step(
         if case not in forces:
             forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
     quadratic, cubic = coefficients(forces, count, amplitude)
-    error = statics.in_plane_error(amplitude)
-    return symmetric(quadratic, cubic, amplitude, len(solved), error)
+    return symmetric(quadratic, cubic, amplitude, len(solved), statics.in_plane(amplitude))
 
 
 def batches_of(cases: list[Case], modes: Modes, most: int) -> Iterator[list[Case]]:
@@ -173,14 +174,17 @@ class StaticCases:
         found = groups.shared(self.plate.domain.across, range(q.shape[1]), work)
         return np.column_stack(list(found.values()))
 
-    def in_plane_error(self, amplitude: float) -> float:
-        """Estimated error of the in-plane energy relative to the largest of a mode. Collective."""
+    def in_plane(self, amplitude: float) -> InPlane:
+        """What is known of the displacements, errors relative to the largest energy of a mode.
+
+        Collective.
+        """
         displacements, energies = [], []
         for j, q in enumerate(amplitude * np.eye(len(self.modes.parities))):
             energies.append(0.5 * amplitude * abs(self._force(q)[j]))
             displacements.append(self.plate.u.x.array.copy())
-        longer, tail = accuracy.in_plane_tails(self.plate, np.column_stack(displacements))
-        return float(accuracy.extrapolated(tail, longer).max() / max(energies))
+        found = inplane.known(self.plate, np.column_stack(displacements))
+        return InPlane.of_parts([found], max(energies))
 
     def _force(self, q: np.ndarray) -> np.ndarray:
         """eta (L,) at modal amplitudes q (L,). Collective."""
@@ -301,12 +305,22 @@ def coefficients(
     return alpha, b
 
 
+def check_potential(result: StepResult) -> None:
+    """Raise SolverError if the coefficients cannot be those of an elastic film."""
+    if not result.asymmetry <= NOT_A_POTENTIAL:
+        raise SolverError(
+            f"the tensors deviate from those of a potential by {result.asymmetry:.1e} of their "
+            f"largest entry, more than {NOT_A_POTENTIAL:g}: forces at this amplitude are not cubic "
+            "polynomials; change reduction.amplitude"
+        )
+
+
 def symmetric(
     quadratic: np.ndarray,
     cubic: np.ndarray,
     amplitude: float,
     n_cases: int,
-    in_plane_error: float,
+    in_plane: InPlane,
 ) -> StepResult:
     """Result from coefficients symmetric in all but their first index, and how far they are off."""
     even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
@@ -319,4 +333,4 @@ def symmetric(
             (cubic, odd, np.finfo(float).tiny),
         )
     )
-    return StepResult(even, odd, float(asymmetry), n_cases, in_plane_error)
+    return StepResult(even, odd, float(asymmetry), n_cases, in_plane)

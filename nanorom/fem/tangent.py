@@ -35,5 +35,5 @@ def tangent(cases: FlatCases, amplitude: float) -> StepResult:
         if j != k:
             found = 0.5 * (found - cubic[:, :, j, j] - cubic[:, :, k, k])
         cubic[:, :, j, k] = cubic[:, :, k, j] = found
-    error = cases.in_plane_error(amplitude)
-    return symmetric(np.zeros((n,) * 3), cubic, amplitude, len(states), error)
+    known = cases.in_plane(amplitude)
+    return symmetric(np.zeros((n,) * 3), cubic, amplitude, len(states), known)

@@ -38,6 +38,7 @@ def rectangle(**changes) -> Scene:
 
 def test_bending_is_skipped_only_where_it_makes_no_difference():
     scene = drum(1e10, count=4, model="auto", accuracy=Accuracy(tolerance=1e-3))
+    scene = scene.with_(in_plane="fixed")  # a film stretched so far has no slow plane to condense
     plan = Plan.of(scene)
     assert not plan.bending
     skipped = reduce_scene(scene)

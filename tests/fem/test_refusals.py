@@ -1,10 +1,13 @@
 """Solutions that are not to be trusted are errors that tell by how much and what to do."""
 
+import numpy as np
 import pytest
 from petsc4py import PETSc
 
 from nanorom.bench import exact
 from nanorom.errors import SolverError
+from nanorom.fem.inplane import InPlane
+from nanorom.fem.step import check_potential, coefficients, load_cases, symmetric
 from nanorom.workflow import reduce
 
 ROUGH = {"degree": 4, "mesh_size": exact.RADIUS / 2}
@@ -35,3 +38,24 @@ def test_static_load_cases_that_do_not_converge_are_an_error(option):
     option("nanorom_step_snes_max_it", 0)
     with pytest.raises(SolverError, match=r"did not converge: SNES reason -\d at residual .*mesh"):
         reduce(exact.drum(100.0, 2).scene.with_(method="step", **ROUGH))
+
+
+def test_forces_without_a_potential_are_an_error():
+    """Random cubic forces, whose work depends on the path."""
+    random = np.random.default_rng(1)
+    cubic = random.standard_normal((2, 2, 2, 2))
+
+    def forces(part):
+        q = {case: np.array([sum(s for m, s in case if m == j) for j in (0, 1)], float)
+             for case in load_cases(2)}  # fmt: skip
+        return {case: np.einsum("rjkl,j,k,l->r", part, x, x, x) for case, x in q.items()}
+
+    def result(part):
+        return symmetric(*coefficients(forces(part), 2, 1.0), 1.0, 7, InPlane())
+
+    with pytest.raises(SolverError, match=r"potential by \d\.\de[+-]\d\d .*reduction.amplitude"):
+        check_potential(result(cubic))
+    axes = [(0, 1, 2, 3), (1, 0, 2, 3), (2, 1, 0, 3), (3, 1, 2, 0)]
+    inner = sum(cubic.transpose(0, *p) for p in [(1, 2, 3), (1, 3, 2), (2, 1, 3), (2, 3, 1),
+                                                 (3, 1, 2), (3, 2, 1)])  # fmt: skip
+    check_potential(result(sum(inner.transpose(a) for a in axes)))

@@ -1,0 +1,37 @@
+"""In-plane inertia, which static condensation neglects.
+
+Condensation takes the in-plane displacement to follow the deflection at once: true where its own
+resonances are far above those of the modes, whose products move at up to twice their frequency.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+from nanorom.errors import AccuracyWarning, SolverError
+
+NEAR = 2.0  # times the fastest product of two modes: in-plane resonances below that are told of
+
+
+def check(in_plane: float, highest: float) -> None:
+    """Raise SolverError unless in-plane resonances are above the modes; warn if they are near.
+
+    in_plane : a bound from above on the lowest in-plane frequency; highest : the largest frequency
+    of the modes, both in Hz.
+    """
+    fastest = 2 * highest
+    if in_plane > NEAR * fastest:
+        return
+    told = f"in-plane resonances begin at {in_plane:.3g} Hz or below, "
+    if in_plane <= highest:
+        raise SolverError(
+            f"{told}that is below the highest mode's {highest:.3g} Hz: the film's plane does not "
+            "follow such modes statically; ask for fewer of them or lower the tension"
+        )
+    warnings.warn(
+        f"{told}and products of the modes move at up to {fastest:.3g} Hz: in-plane inertia, which "
+        f"is neglected, changes coefficients by {(fastest / in_plane) ** 2:.0%} there; ask for "
+        "fewer modes",
+        AccuracyWarning,
+        stacklevel=2,
+    )
