@@ -265,6 +265,13 @@ def exterior_facets(mesh: Any) -> np.ndarray:
     return np.asarray(dolfinx.mesh.exterior_facet_indices(mesh.topology))
 
 
+def cells_at(mesh: Any, facets: np.ndarray) -> np.ndarray:
+    """A local cell (f,) that each of some local facets bounds."""
+    mesh.topology.create_connectivity(1, 2)
+    cells = mesh.topology.connectivity(1, 2)
+    return np.array([cells.links(facet)[0] for facet in facets], dtype=np.int64)
+
+
 def facet_vertices(mesh: Any, facets: np.ndarray) -> np.ndarray:
     """Local geometry nodes (f, 2) at the ends of facets."""
     mesh.topology.create_connectivity(2, 1)

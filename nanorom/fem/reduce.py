@@ -24,6 +24,7 @@ from nanorom.fem import (
     drawing,
     film,
     labels,
+    layer,
     loaded,
     patterns,
     quadrature,
@@ -246,13 +247,14 @@ def solve(
     if not scene.flat or pulls_at_free_edge(plate):
         with watch.stage("static state"):
             static = state.solve(scene, units, plate)
-            layer = np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending))
-            if 0 < layer < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
-                finer = discretisation.choose(scene, scales.length, float(layer), aim)
+            width = np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending))
+            if 0 < width < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
+                finer = discretisation.choose(scene, scales.length, float(width), aim)
                 finer = attrs.evolve(finer, whole=chosen.whole)
                 plate = build_plate(team.within, scene, scales, finer, team.across)
                 static = state.solve(scene, units, plate)
     plate = static.plate
+    unseen = layer.unseen(plate, plan.layer, scales.length, scene.accuracy.tolerance)
     with watch.stage("modes"):
         try:
             modes = loaded.solve(plate, scene.modes.highest)
@@ -274,9 +276,11 @@ def solve(
         if static.deflection is not None:
             diagnostics["error_state"] = accuracy.of_state(plate, static.deflection, stiffening)
         diagnostics |= {
-            "error_frequency": float(errors.frequency.max()) + diagnostics.get("error_state", 0.0),
+            "error_frequency": float(errors.frequency.max())
+            + diagnostics.get("error_state", 0.0)
+            + unseen,
             "error_frequencies": errors.frequency,
-            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane.error),
+            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane.error) + unseen,
             "error_rounding": float(errors.rounding.max()),
         }
         if np.isfinite(in_plane.eigenvalue):

@@ -59,3 +59,17 @@ def test_forces_without_a_potential_are_an_error():
     inner = sum(cubic.transpose(0, *p) for p in [(1, 2, 3), (1, 3, 2), (2, 1, 3), (2, 3, 1),
                                                  (3, 1, 2), (3, 2, 1)])  # fmt: skip
     check_potential(result(sum(inner.transpose(a) for a in axes)))
+
+
+def test_a_mesh_that_does_not_see_the_edge_layer_is_an_error():
+    scene = exact.drum(5e4, 3).scene
+    with pytest.raises(SolverError, match=r"edge layer .* wrong by up to \d\.\de-03; make the ce"):
+        reduce(scene.with_(degree=4, mesh_size=0.3 * exact.RADIUS))
+
+
+@pytest.mark.parametrize("degree", [4, 8])
+def test_the_estimate_counts_a_layer_that_the_mesh_does_not_see(degree):
+    case = exact.drum(1e8, 1)
+    model = reduce(case.scene.with_(degree=degree, mesh_size=0.4 * exact.RADIUS))
+    error = abs(model.frequency[0] / case.frequency()[0] - 1)
+    assert 0.5 * error < model.diagnostics["error_frequency"] < 3 * error
