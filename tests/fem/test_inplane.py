@@ -75,7 +75,8 @@ def test_in_plane_frequency_of_a_string_is_that_of_its_longitudinal_waves():
 
 @pytest.mark.parametrize(("model", "stress"), [("auto", 15.0), ("beam", 5.0)])
 def test_modes_near_the_in_plane_resonances_are_warned_of_and_beyond_them_refused(model, stress):
-    near, beyond = string(3, stress, model), string(8, 200.0, model)
+    near = string(3, stress, model)
+    beyond = string(6, 20.0, model) if model == "beam" else string(8, 200.0, model)
     with pytest.warns(AccuracyWarning, match=r"in-plane .* coefficients by \d\d+% there; ask"):
         reduce(near)
     with pytest.raises(SolverError, match=r"in-plane resonances begin at \S+ Hz .* fewer of them"):
