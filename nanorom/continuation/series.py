@@ -16,7 +16,7 @@ import numpy as np
 from .balance import BorderedFactors, HarmonicBalance
 from .system import Array
 
-ORDER = 20
+ORDER = 24
 
 
 @dataclass(eq=False)
