@@ -53,7 +53,7 @@ def rows(quick: bool = False) -> Iterator[Claim]:
 def claim(case: exact.Case, tolerance: float) -> Claim:
     """Solve for a tolerance and judge what is claimed."""
     row = measure.reduction(case, repeats=1)
-    ratio = row.estimate / max(row.error, ROUNDING)
+    ratio = max(row.estimate, ROUNDING) / max(row.error, ROUNDING)
     claimed = bool(row.estimate <= tolerance)
     return Claim(
         case.name,

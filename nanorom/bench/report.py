@@ -117,7 +117,7 @@ def picture(rows: Sequence[Row], path: Path) -> None:
     with matplotlib.rc_context(SETTINGS):
         columns = min(2, len(cases))
         n_rows = -(-len(cases) // columns)
-        figure = Figure(figsize=(columns * COLUMN, n_rows * 0.8 * COLUMN), layout="constrained")
+        figure = Figure(figsize=(columns * COLUMN, n_rows * 0.95 * COLUMN), layout="constrained")
         axes = figure.subplots(n_rows, columns, squeeze=False, sharey=True)
         for ax in axes.flat[len(cases) :]:
             ax.set_visible(False)
@@ -147,7 +147,8 @@ def _panel(ax: Any, case: str, rows: list[Row]) -> None:
     ax.set_title(case)
     ax.set_xlabel("true error (frequencies and tensor)")
     ax.set_ylabel("processor time (s)")
-    ax.legend(ncols=2, fontsize=5.5)
+    # below: in the panel it would hide curves
+    ax.legend(ncols=2, fontsize=5.5, loc="upper left", bbox_to_anchor=(0.0, -0.25))
 
 
 def _series(row: Row) -> str:
