@@ -17,8 +17,9 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import compat, quadrature
+from nanorom.fem import compat
 from nanorom.fem.modes import ClassStiffness
+from nanorom.fem.places import locate
 from nanorom.fem.plate import Attraction, Plate
 from nanorom.fem.ritz import LinearForce
 from nanorom.fem.shapes import bounding_box
@@ -26,8 +27,6 @@ from nanorom.fem.statics import StaticProblem
 from nanorom.fem.symmetry import AXES, Parity
 
 RESOLVED = 1e-8  # relative error of the area of a disc that cells fill without being cut
-OUTSIDE = 1e-9  # a point is in a cell if no barycentric coordinate is below minus that
-NEWTON_STEPS = 20
 
 
 class Film:
@@ -278,35 +277,3 @@ def centre_value(plate: Plate, w: np.ndarray) -> float | None:
         return float(evaluate(plate, w, middle[None])[0])
     except SolverError:
         return None
-
-
-def locate(plate: Plate, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Owned cell (n,), -1 where there is none, and reference point (n, 2) of points (n, 2)."""
-    mesh = plate.domain.mesh
-    n_cells = quadrature.owned_cells(plate)
-    nodes = mesh.geometry.x[compat.cell_nodes(mesh)[:n_cells], :2]
-    found = np.full(len(points), -1)
-    at = np.zeros((len(points), 2))
-    low, high = nodes.min(axis=1), nodes.max(axis=1)
-    margin = 0.05 * (high - low).max(axis=1, keepdims=True)
-    for i, point in enumerate(points):
-        near = np.all((point > low - margin) & (point < high + margin), axis=1)
-        for cell in np.flatnonzero(near):
-            reference = _pull_back(plate, cell, point)
-            inside = min(reference.min(), 1 - reference.sum())
-            if inside > -OUTSIDE:
-                found[i], at[i] = cell, reference
-                break
-    return found, at
-
-
-def _pull_back(plate: Plate, cell: int, point: np.ndarray) -> np.ndarray:
-    """Reference point of a point near a cell, by Newton's method on the cell's map."""
-    reference = np.full(2, 1 / 3)
-    for _ in range(NEWTON_STEPS):
-        x, jacobian = quadrature.map_cells(plate, np.array([cell]), reference[None])
-        step = np.linalg.solve(jacobian[0, 0], point - x[0, 0])
-        reference = np.clip(reference + step, -2.0, 3.0)
-        if np.abs(step).max() < 1e-14:
-            break
-    return reference

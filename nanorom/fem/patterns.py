@@ -13,12 +13,11 @@ from nanorom.errors import SceneError
 from nanorom.excitation import Drive
 from nanorom.fem import compat, quadrature
 from nanorom.fem.modes import Modes
+from nanorom.fem.places import locate
 from nanorom.fem.plate import Plate
 
 REACH = 3.5  # radii from the centre of a spot at which its intensity is e^-24
 QUADRATURE = 20  # degree, on parts of a cell that are smaller than the spot
-OUTSIDE = 1e-9  # barycentric coordinate: a point further out is not in a cell
-NEWTON_STEPS = 20
 HALVES = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, 1, 1], [1, 0, 1]])
 HALVES = HALVES / HALVES.sum(axis=1, keepdims=True)  # corners and midpoints of a triangle
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
@@ -51,7 +50,7 @@ def spot(modes: Modes, centre: np.ndarray, radius: float) -> np.ndarray:
         sides = corners[:, 1:] - corners[:, :1]
         share = np.abs(np.linalg.det(sides))[:, None] * weights
         cells = np.repeat(cells, len(weights))
-        x, jacobian = _mapped(plate, cells, reference)
+        x, jacobian = quadrature.map_points(plate, cells, reference)
         intensity = np.exp(-2 * np.sum((x - image) ** 2, axis=1) / radius**2)
         measure = intensity * np.abs(np.linalg.det(jacobian)) * share.ravel()
         force += sign * (measure @ _values(modes, cells, reference))
@@ -60,21 +59,14 @@ def spot(modes: Modes, centre: np.ndarray, radius: float) -> np.ndarray:
 
 def point(modes: Modes, position: np.ndarray) -> np.ndarray:
     """phi_r (L,) at a position; raises SceneError if it is not on the film. Collective."""
-    plate = modes.plate
-    best: tuple[float, np.ndarray] = -np.inf, np.zeros(modes.shapes.shape[1])
-    for image, sign in _images(modes, position):
-        cells = np.arange(quadrature.owned_cells(plate))
-        reference, found = _inverse(plate, cells, image)
-        inside = np.minimum(reference.min(axis=1), 1 - reference.sum(axis=1))
-        inside[~found] = -np.inf
-        if len(cells) and inside.max() > best[0]:
-            cell = int(inside.argmax())
-            value = _values(modes, cells[cell : cell + 1], reference[cell : cell + 1])[0]
-            best = float(inside[cell]), sign * value
-    depth, value = max(plate.domain.comm.allgather(best), key=lambda found: found[0])
-    if depth < -OUTSIDE:
+    places, signs = (np.array(part) for part in zip(*_images(modes, position)))
+    cells, reference = locate(modes.plate, places)
+    here = cells >= 0
+    values = signs[here] * _values(modes, cells[here], reference[here])
+    found = np.concatenate(modes.plate.domain.comm.allgather(values))
+    if len(found) == 0:
         raise SceneError("drive.position: it is not on the film")
-    return value
+    return found[0]
 
 
 def _images(modes: Modes, place: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -93,7 +85,8 @@ def _parts(
     done: list[tuple[np.ndarray, np.ndarray]] = []
     while len(cells):
         places = (HALVES @ corners).reshape(-1, 2)
-        x = _mapped(plate, np.repeat(cells, len(HALVES)), places)[0].reshape(len(cells), -1, 2)
+        x, _ = quadrature.map_points(plate, np.repeat(cells, len(HALVES)), places)
+        x = x.reshape(len(cells), -1, 2)
         size = np.linalg.norm(np.ptp(x, axis=1), axis=1)
         away = np.linalg.norm(x - centre, axis=2).min(axis=1)
         near, small = away < REACH * radius + size, size <= radius
@@ -103,34 +96,6 @@ def _parts(
         cells = np.repeat(cells, len(QUARTERS))
     parts = [np.concatenate(own) for own in zip(*done)] or [cells, corners]
     return parts[0], parts[1]
-
-
-def _inverse(
-    plate: Plate, cells: np.ndarray, place: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Reference point (c, 2) of every cell that its map takes to a place, and where it exists."""
-    reference = np.full((len(cells), 2), 1 / 3)
-    for _ in range(NEWTON_STEPS):
-        x, jacobian = _mapped(plate, cells, reference)
-        step = np.linalg.solve(jacobian, (place - x)[..., None])[..., 0]
-        # far from a curved cell its map means nothing
-        reference = np.clip(reference + step, -1.0, 2.0)
-    x, jacobian = _mapped(plate, cells, reference)
-    size = np.sqrt(np.abs(np.linalg.det(jacobian)))
-    return reference, np.linalg.norm(x - place, axis=1) <= OUTSIDE * size
-
-
-def _mapped(
-    plate: Plate, cells: np.ndarray, reference: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Places (m, 2) and Jacobians (m, 2, 2) of a reference point (m, 2) in each of the cells."""
-    mesh = plate.domain.mesh
-    nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], :2]
-    order = quadrature.coordinate_order(nodes.shape[1])
-    basis = compat.reference_element(order, equispaced=True).tabulate(1, reference)
-    basis = np.asarray(basis).reshape(3, *nodes.shape[:2])
-    x = np.einsum("mn,mnd->md", basis[0], nodes)
-    return x, np.einsum("kmn,mnd->mdk", basis[1:], nodes)
 
 
 def _values(modes: Modes, cells: np.ndarray, reference: np.ndarray) -> np.ndarray:

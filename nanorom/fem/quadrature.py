@@ -131,13 +131,16 @@ def map_cells(
     return x, np.einsum("kqn,cnd->cqdk", basis[1:], nodes, optimize=True)
 
 
-def places(plate: Plate, cells: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Where (m, 2) the reference points (m, 2) of as many cells lie, one in each."""
+def map_points(
+    plate: Plate, cells: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places (m, 2) and Jacobians (m, 2, 2) of a reference point (m, 2) in each of m cells."""
     mesh = plate.domain.mesh
     nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], :2]
     order = coordinate_order(nodes.shape[1])
-    basis = compat.reference_element(order, equispaced=True).tabulate(0, points)
-    return np.einsum("mn,mnd->md", np.asarray(basis).reshape(len(points), -1), nodes)
+    basis = compat.reference_element(order, equispaced=True).tabulate(1, points)
+    basis = np.asarray(basis).reshape(3, *nodes.shape[:2])
+    return np.einsum("mn,mnd->md", basis[0], nodes), np.einsum("kmn,mnd->mdk", basis[1:], nodes)
 
 
 def coordinate_order(n_nodes: int) -> int:

@@ -243,18 +243,18 @@ def solve(
     with watch.stage("mesh"):
         plate = build_plate(team.within, scene, scales, chosen, team.across)
     units = state.Units.of(scene, scales.length, scales.tension)
-    static = state.StaticState(plate)
+    static, width = state.StaticState(plate), plan.layer
     if not scene.flat or pulls_at_free_edge(plate):
         with watch.stage("static state"):
             static = state.solve(scene, units, plate)
-            width = np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending))
+            width = float(np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending)))
             if 0 < width < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
-                finer = discretisation.choose(scene, scales.length, float(width), aim)
+                finer = discretisation.choose(scene, scales.length, width, aim)
                 finer = attrs.evolve(finer, whole=chosen.whole)
                 plate = build_plate(team.within, scene, scales, finer, team.across)
                 static = state.solve(scene, units, plate)
     plate = static.plate
-    unseen = layer.unseen(plate, plan.layer, scales.length, scene.accuracy.tolerance)
+    unseen = layer.unseen(plate, width, scales.length, scene.accuracy.tolerance)
     with watch.stage("modes"):
         try:
             modes = loaded.solve(plate, scene.modes.highest)

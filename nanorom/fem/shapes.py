@@ -224,7 +224,7 @@ def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     reference = _climb(plate.degree, local, grid[start[cell, mode]])
     basis = compat.reference_element(plate.degree).tabulate(0, reference)
     value = np.sum(np.asarray(basis).reshape(len(cell), -1) * local, axis=1)
-    return mode, quadrature.places(plate, cell, reference), value
+    return mode, quadrature.map_points(plate, cell, reference)[0], value
 
 
 def lattice(n: int) -> np.ndarray:
