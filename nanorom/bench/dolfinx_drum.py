@@ -69,13 +69,9 @@ def disc(size: float, order: int) -> Any:
     gmsh.option.setNumber("Mesh.MeshSizeMin", size)
     gmsh.model.mesh.generate(2)
     gmsh.model.mesh.setOrder(order)
-    try:
-        from dolfinx.io import gmsh as reader
-    except ImportError:
-        from dolfinx.io import gmshio as reader
-    found = reader.model_to_mesh(gmsh.model, MPI.COMM_SELF, 0, gdim=2)
+    mesh = compat.mesh_from_gmsh(MPI.COMM_SELF)
     gmsh.finalize()
-    return found.mesh if hasattr(found, "mesh") else found[0]
+    return mesh
 
 
 def _modes(
@@ -113,10 +109,7 @@ def _modes(
     bc = fem.dirichletbc(0.0, fixed, space)
     stiffness = petsc.assemble_matrix(fem.form(k), bcs=[bc])
     stiffness.assemble()
-    try:
-        mass = petsc.assemble_matrix(fem.form(w * v * dx), bcs=[bc], diagonal=0.0)
-    except TypeError:  # the keyword is older than that
-        mass = petsc.assemble_matrix(fem.form(w * v * dx), bcs=[bc], diag=0.0)
+    mass = petsc.assemble_matrix(fem.form(w * v * dx), [bc], 0.0)  # zero on its diagonal there
     mass.assemble()
     solver = SLEPc.EPS().create(mesh.comm)
     solver.setOperators(stiffness, mass)
@@ -192,14 +185,7 @@ def _tensor(mesh: Any, edge: Array, shapes: list[Any], nu: float, degree: int) -
 def _evaluate(mesh: Any, shapes: list[Any], points: Array) -> Array:
     """Values (L, m) of functions at points (m, 2)."""
     x = np.column_stack([points, np.zeros(len(points))])
-    if hasattr(dolfinx.geometry, "bb_tree"):
-        tree = dolfinx.geometry.bb_tree(mesh, 2)
-        compute = dolfinx.geometry.compute_collisions_points
-    else:
-        tree = dolfinx.geometry.BoundingBoxTree(mesh, 2)
-        compute = dolfinx.geometry.compute_collisions
-    candidates = compute(tree, x)
-    hits = dolfinx.geometry.compute_colliding_cells(mesh, candidates, x)
+    hits = compat.cells_with(mesh, x)
     values = np.zeros((len(shapes), len(x)))
     # a mesh of straight cells does not cover the disc
     inside = np.array([len(hits.links(i)) > 0 for i in range(len(x))])

@@ -55,29 +55,15 @@ def reference_element(degree: int, equispaced: bool = False) -> Any:
     )
 
 
-def _coordinate_domain(order: int) -> tuple[Any, Any]:
-    if _basix_ufl is not None:
-        element = _basix_ufl.element(
-            "Lagrange", "triangle", order, lagrange_variant=_EQUISPACED, shape=(2,)
-        )
-        return element, ufl.Mesh(element)
-    scalar = ufl.FiniteElement("Lagrange", ufl.triangle, order, variant="equispaced")
-    element = ufl.VectorElement(scalar)
-    return element, ufl.Mesh(element)
-
-
 def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int) -> Any:
     """Distributed triangle mesh with equispaced Lagrange coordinates of any order.
 
-    ``cells`` (c, (order + 1)(order + 2)/2) are node numbers in Basix' order, ``points`` (n, 2);
-    ranks may pass any share of them, usually rank 0 passes all.
+    ``cells`` (c, (order + 1)(order + 2)/2) are node numbers in Basix' order, ``points`` (n, 2) in
+    the plane or (n, 3) in space; ranks may pass any share of them, usually rank 0 passes all.
     """
-    return _distributed(comm, cells, points, _coordinate_domain(order)[1])
-
-
-def _distributed(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, domain: Any) -> Any:
     cells = np.ascontiguousarray(cells, dtype=np.int64)
     points = np.ascontiguousarray(points, dtype=np.float64)
+    domain = _coordinate_domain(order, points.shape[1])
     # facets between two ranks need the cells on both sides: they become ghosts
     found = destinations(cells[:, :3], points, comm.size)
     names = list(inspect.signature(dolfinx.mesh.create_mesh).parameters)
@@ -86,6 +72,18 @@ def _distributed(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, domain: 
     by_name = {"comm": comm, "cells": cells, "x": points, "domain": domain, "e": domain}
     arguments = [by_name[name] for name in names if name in by_name]
     return dolfinx.mesh.create_mesh(*arguments, partitioner=lambda *_: _adjacency(found))
+
+
+def _coordinate_domain(order: int, dimension: int) -> Any:
+    if _basix_ufl is not None:
+        return ufl.Mesh(
+            _basix_ufl.element(
+                "Lagrange", "triangle", order, lagrange_variant=_EQUISPACED, shape=(dimension,)
+            )
+        )
+    cell = ufl.Cell("triangle", geometric_dimension=dimension)
+    scalar = ufl.FiniteElement("Lagrange", cell, order, variant="equispaced")
+    return ufl.Mesh(ufl.VectorElement(scalar, dim=dimension))
 
 
 def _adjacency(rows: list[np.ndarray]) -> Any:
@@ -102,20 +100,16 @@ def _adjacency(rows: list[np.ndarray]) -> Any:
 def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
     """Continuous Lagrange space of a degree (Gauss-Lobatto nodes), scalar or vector-valued."""
     with quiet():
-        return _lagrange_space(mesh, degree, components)
-
-
-def _lagrange_space(mesh: Any, degree: int, components: int) -> Any:
-    if _basix_ufl is not None:
-        shape = {} if components == 1 else {"shape": (components,)}
-        element = _basix_ufl.element(
-            "Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape
-        )
-        return fem.functionspace(mesh, element)
-    if components == 1:
-        return fem.FunctionSpace(mesh, ufl.FiniteElement("Lagrange", ufl.triangle, degree))
-    element = ufl.VectorElement("Lagrange", ufl.triangle, degree, dim=components)
-    return fem.FunctionSpace(mesh, element)
+        if _basix_ufl is not None:
+            shape = {} if components == 1 else {"shape": (components,)}
+            element = _basix_ufl.element(
+                "Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape
+            )
+            return fem.functionspace(mesh, element)
+        element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
+        if components > 1:
+            element = ufl.VectorElement(element, dim=components)
+        return fem.FunctionSpace(mesh, element)
 
 
 def cell_dofs(space: Any) -> np.ndarray:
@@ -226,30 +220,6 @@ def assemble_matrix_into(matrix: Any, form: Any) -> None:
     matrix.assemble()
 
 
-def surface_space(mesh: Any, degree: int, components: int) -> Any:
-    """As `lagrange_space`, on a triangulated surface in space."""
-    if _basix_ufl is not None:
-        return lagrange_space(mesh, degree, components)
-    with quiet():
-        if components == 1:
-            return fem.FunctionSpace(mesh, ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree))
-        element = ufl.VectorElement("Lagrange", mesh.ufl_cell(), degree, dim=components)
-        return fem.FunctionSpace(mesh, element)
-
-
-def create_surface_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int) -> Any:
-    """As `create_mesh`, of a surface in space: ``points`` are (n, 3)."""
-    if _basix_ufl is not None:
-        element = _basix_ufl.element(
-            "Lagrange", "triangle", order, lagrange_variant=_EQUISPACED, shape=(3,)
-        )
-    else:
-        cell = ufl.Cell("triangle", geometric_dimension=3)
-        scalar = ufl.FiniteElement("Lagrange", cell, order, variant="equispaced")
-        element = ufl.VectorElement(scalar, dim=3)
-    return _distributed(comm, cells, points, ufl.Mesh(element))
-
-
 def orthonormal_polynomials(degree: int, points: np.ndarray) -> np.ndarray:
     """Orthonormal polynomials (p, q) of the reference triangle, sorted by degree."""
     return np.asarray(
@@ -283,3 +253,24 @@ def facet_vertices(mesh: Any, facets: np.ndarray) -> np.ndarray:
     for local, pair in enumerate(edges):
         ends[of_cell[:, local]] = nodes[:, pair]
     return ends[facets]
+
+
+def mesh_from_gmsh(comm: MPI.Comm) -> Any:
+    """Mesh in the plane of gmsh's current model, by DOLFINx' own reader. Collective."""
+    import gmsh
+
+    try:
+        from dolfinx.io import gmsh as reader
+    except ImportError:
+        from dolfinx.io import gmshio as reader
+    return reader.model_to_mesh(gmsh.model, comm, 0, gdim=2)[0]
+
+
+def cells_with(mesh: Any, points: np.ndarray) -> Any:
+    """Ragged array of the local cells that points (n, 3) lie in; ``links(i)`` are those of one."""
+    geometry = dolfinx.geometry
+    if hasattr(geometry, "bb_tree"):
+        candidates = geometry.compute_collisions_points(geometry.bb_tree(mesh, 2), points)
+    else:
+        candidates = geometry.compute_collisions(geometry.BoundingBoxTree(mesh, 2), points)
+    return geometry.compute_colliding_cells(mesh, candidates, points)

@@ -155,8 +155,7 @@ def distribute(comm: MPI.Comm, data: MeshData | None) -> Domain:
     n_nodes = (order + 1) * (order + 2) // 2
     cells = data.cells if data else np.empty((0, n_nodes), dtype=np.int64)
     points = data.points if data else np.empty((0, dimension))
-    create = compat.create_mesh if dimension == 2 else compat.create_surface_mesh
-    mesh = create(comm, cells, points, order)
+    mesh = compat.create_mesh(comm, cells, points, order)
     return Domain(mesh, local_facets(mesh, facets))
 
 

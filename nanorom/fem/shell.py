@@ -60,10 +60,10 @@ class Shell:
         self.domain = domain
         self.mesh = mesh = domain.mesh
         self.degree = degree
-        self.space = compat.surface_space(mesh, degree, 6)
+        self.space = compat.lagrange_space(mesh, degree, 6)
         self.state = fem.Function(self.space)
         self.u, self.delta = split(self.state)
-        self.directors = compat.surface_space(mesh, degree, 3)
+        self.directors = compat.lagrange_space(mesh, degree, 3)
         self.director = fem.Function(self.directors)
         x = self.directors.tabulate_dof_coordinates()
         normals = director(x) if director is not None else self._averaged_normals()
@@ -72,7 +72,7 @@ class Shell:
         self.nu = fem.Constant(mesh, 0.0)
         self.thickness = fem.Constant(mesh, 1.0)
         self.pre_tension = fem.Constant(mesh, np.zeros(3))
-        self.deflections = compat.surface_space(mesh, degree, 1)
+        self.deflections = compat.lagrange_space(mesh, degree, 1)
 
     @property
     def stretching_degree(self) -> int:
