@@ -211,6 +211,7 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("instead of what the scene says")
     group.add_argument("--method", help="direct | step | tangent")
     group.add_argument("--in-plane", help="free | fixed")
+    group.add_argument("--solver", help="auto | factors | multigrid: slower, for less memory")
     group.add_argument("--modes", help="a count (11) or mode numbers (1,2,6)")
     group.add_argument("--tolerance", help="relative error to aim at (1e-6)")
     group.add_argument("--degree", help="polynomial degree, together with a mesh size")
@@ -240,6 +241,7 @@ def _scene(options: argparse.Namespace) -> Any:
     return Scene.from_file(options.scene).with_(
         method=options.method,
         in_plane=options.in_plane,
+        solver=options.solver,
         modes=None if options.modes is None else _modes(options.modes),
         tolerance=options.tolerance,
         degree=None if options.degree is None else _integer("--degree", options.degree),

@@ -94,6 +94,7 @@ class Reduction:
     method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
     in_plane: str = v.choice("reduction.in_plane", ("free", "fixed"), default="free")
     amplitude: float | None = v.quantity("reduction.amplitude", "m", default=None)
+    solver: str = v.choice("reduction.solver", ("auto", "factors", "multigrid"), default="auto")
 
 
 @attrs.frozen
@@ -257,6 +258,7 @@ class Scene:
         *,
         method: str | None = None,
         in_plane: str | None = None,
+        solver: str | None = None,
         modes: Any = None,
         tolerance: Any = None,
         degree: int | None = None,
@@ -268,7 +270,7 @@ class Scene:
         ``modes`` is a count or a list of mode numbers; ``degree`` and ``mesh_size`` take the
         place of a tolerance and the other way round.
         """
-        reduction = {"method": method, "in_plane": in_plane}
+        reduction = {"method": method, "in_plane": in_plane, "solver": solver}
         changes = {name: value for name, value in reduction.items() if value is not None}
         if changes:
             sections["reduction"] = attrs.evolve(self.reduction, **changes)

@@ -19,6 +19,10 @@ RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is n
 MUMPS = {"mat_mumps_icntl_24": 1, "mat_mumps_icntl_13": 1, "mat_mumps_icntl_14": 100}
 
 
+class IndefiniteError(SolverError):
+    """A matrix that should be positive definite is not."""
+
+
 def assemble(form: Any) -> PETSc.Mat:
     """Assembled matrix of a compiled bilinear form, no boundary conditions. Collective."""
     matrix = _assembly.assemble_matrix(form)
@@ -36,7 +40,7 @@ class FreeDofs:
         index_map, block = space.dofmap.index_map, space.dofmap.index_map_bs
         self.n_owned = index_map.size_local * block
         self.n_local = self.n_owned + index_map.num_ghosts * block
-        self._space = space
+        self.space = space
         self.comm = space.mesh.comm
         start = index_map.local_range[0] * block
         free = np.ones(self.n_owned, dtype=bool)
@@ -49,7 +53,7 @@ class FreeDofs:
 
     def extended(self, values: np.ndarray) -> np.ndarray:
         """Local values (local dofs, m), ghosts too, of owned free ones (rows, m). Collective."""
-        function = fem.Function(self._space)
+        function = fem.Function(self.space)
         found = np.empty((self.n_local, values.shape[1]))
         for i in range(values.shape[1]):
             function.x.array[:] = 0.0
@@ -109,7 +113,8 @@ class Factors:
 class Factorization(Factors):
     """Cholesky factors of a symmetric positive definite matrix, for many right-hand sides.
 
-    Raises SolverError, which calls the matrix by its ``meaning``, if it is not positive definite.
+    Raises IndefiniteError, which calls the matrix by its ``meaning``, if it is not positive
+    definite.
     """
 
     def __init__(self, matrix: PETSc.Mat, prefix: str, meaning: str) -> None:
@@ -125,7 +130,9 @@ class Factorization(Factors):
             raise SolverError(f"the {meaning} cannot be factorised: {error}") from error
         negative = negative_pivots(self.solver)
         if negative:
-            raise SolverError(f"the {meaning} is not positive definite: {negative} negative pivots")
+            raise IndefiniteError(
+                f"the {meaning} is not positive definite: {negative} negative pivots"
+            )
 
     def solve(self, right_hand_sides: np.ndarray) -> np.ndarray:
         """Solutions (owned rows, m) for right-hand sides (owned rows, m), all at once. Collective.
@@ -151,17 +158,30 @@ class Factorization(Factors):
 
 def multiply(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
     """Product (owned rows, m) of a matrix with many columns (owned rows, m). Collective."""
-    x, y = dense(matrix, columns), dense(matrix, np.zeros_like(columns))
-    matrix.matMult(x, y)
+    x = dense(matrix, columns)
+    y = matrix.matMult(x)
     product = np.array(y.getDenseArray())
     x.destroy()
     y.destroy()
     return product
 
 
+def transposed(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
+    """Product (owned columns, m) of a matrix' transpose with columns. Collective."""
+    x, y = matrix.createVecLeft(), matrix.createVecRight()
+    product = np.empty((y.getLocalSize(), columns.shape[1]))
+    for i, column in enumerate(columns.T):
+        x.array[:] = column
+        matrix.multTranspose(x, y)
+        product[:, i] = y.array
+    x.destroy()
+    y.destroy()
+    return product
+
+
 def dense(matrix: PETSc.Mat, columns: np.ndarray) -> PETSc.Mat:
-    """Columns (owned rows, m) as a dense matrix that goes with a square sparse one. Collective."""
-    sizes = ((len(columns), matrix.getSize()[0]), (PETSc.DECIDE, columns.shape[1]))
+    """Columns (owned rows, m) as a dense matrix that a sparse one can multiply. Collective."""
+    sizes = ((len(columns), matrix.getSize()[1]), (PETSc.DECIDE, columns.shape[1]))
     block = PETSc.Mat().createDense(sizes, comm=matrix.comm)
     block.setUp()
     block.getDenseArray()[:] = columns

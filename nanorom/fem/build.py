@@ -65,6 +65,7 @@ def build_plate(
     plate.tension_y.value = scene.tension.y / scales.tension
     plate.bending_stiffness.value = scales.bending
     plate.nu.value = scene.material.poisson_ratio
+    plate.solvers.kind = scene.reduction.solver
     return plate
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat, groups, inplane, membrane, quadrature
+from nanorom.fem import algebra, compat, groups, inplane, membrane, multigrid, quadrature
 from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.symmetry import Parity, product_parity
@@ -162,7 +162,7 @@ class FlatCases:
             return np.zeros_like(load)
         if parity not in self._equilibria:
             free = membrane.free_dofs(self.plate, parity)
-            self._equilibria[parity] = _Equilibrium(free, self._assembled)
+            self._equilibria[parity] = _Equilibrium(free, self._assembled, self.plate.solvers)
         load = membrane.summed(self.plate, load)
         equilibrium = self._equilibria[parity]
         return equilibrium.correction(load) if again else equilibrium.solve(load)
@@ -190,17 +190,17 @@ class _Equilibrium:
     The tangent is the same for every case and every state: it is factorised once.
     """
 
-    def __init__(self, free: algebra.FreeDofs, stiffness: PETSc.Mat) -> None:
+    def __init__(
+        self, free: algebra.FreeDofs, stiffness: PETSc.Mat, solvers: multigrid.Solvers
+    ) -> None:
         self.free = free
         self.residual = 0.0  # of the last solution, relative to its loads
         self._matrix = free.restrict(stiffness)
-        self._factors = algebra.Factorization(
-            self._matrix, "nanorom_in_plane_", "in-plane stiffness"
-        )
+        self._solver = solvers.make(free, self._matrix, "nanorom_in_plane_", "in-plane stiffness")
 
     def correction(self, loads: np.ndarray) -> np.ndarray:
         """Small displacements (local dofs, m) that undo what loads are left. Collective."""
-        return self.free.extended(-self._factors.solve(loads[self.free.local]))
+        return self.free.extended(-self._solver.solve(loads[self.free.local]))
 
     def solve(self, loads: np.ndarray) -> np.ndarray:
         """Displacements (local dofs, m) in equilibrium with loads (local dofs, m). Collective.
@@ -250,5 +250,5 @@ class _Equilibrium:
 
     def apply(self, _: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """y = A^-1 x for every load case."""
-        y.array[:] = self._factors.solve(x.array_r.reshape(self._shape)).ravel()
+        y.array[:] = self._solver.solve(x.array_r.reshape(self._shape)).ravel()
 

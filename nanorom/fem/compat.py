@@ -21,6 +21,7 @@ import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
+from dolfinx.fem import petsc as _petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -110,6 +111,18 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
         if components > 1:
             element = ufl.VectorElement(element, dim=components)
         return fem.FunctionSpace(mesh, element)
+
+
+def interpolation_matrix(coarse: Any, fine: Any) -> Any:
+    """Matrix from a function's coefficients in one space to those in a larger one. Collective."""
+    python = getattr(_petsc, "interpolation_matrix", None)
+    if python is None:
+        function = dolfinx.cpp.fem.petsc.interpolation_matrix
+        matrix = function(coarse._cpp_object, fine._cpp_object)
+    else:
+        matrix = python(coarse, fine)
+    matrix.assemble()
+    return matrix
 
 
 def cell_dofs(space: Any) -> np.ndarray:

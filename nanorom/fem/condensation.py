@@ -117,13 +117,14 @@ def _displacements(
     stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
     found = {}
     for parity in list(loads):
-        load = loads.pop(parity)
         free = membrane.free_dofs(plate, parity)
-        factors = algebra.Factorization(
-            free.restrict(stiffness), "nanorom_in_plane_", "in-plane stiffness"
-        )
-        found[parity] = free.extended(-factors.solve(membrane.summed(plate, load)[free.local]))
-        factors.reset()
+        load = membrane.summed(plate, loads.pop(parity))[free.local]
+        restricted = free.restrict(stiffness)
+        solver = plate.solvers.make(free, restricted, "nanorom_in_plane_", "in-plane stiffness")
+        found[parity] = free.extended(-solver.solve(load))
+        solver.reset()
+        restricted.destroy()
+    stiffness.destroy()
     return found
 
 

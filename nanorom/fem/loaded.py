@@ -63,6 +63,7 @@ class CoupledSolver(eigen.ClassSolver):
     ) -> None:
         self.parity = parity
         self.film = film
+        self.plate = film.plate
         self.free = algebra.FreeDofs(film.space, film.fixed(parity))
         self._stiffness, self._mass = stiffness, mass
         self._linear_force = force

@@ -11,13 +11,15 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat, groups
+from nanorom.fem import algebra, compat, groups, multigrid
 from nanorom.fem.plate import Plate
 from nanorom.fem.ritz import Columns, LinearForce, polished
 from nanorom.fem.symmetry import Parity
 
 EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
+SETTLED = 1e-10  # relative change of a shape at which iterations end; of an eigenvalue its square
+MOST_STEPS = 120  # of iterations from the modes of degree 2
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
 EXTRA = 2  # modes beyond those asked for, so that a pair is not cut in two
@@ -211,10 +213,43 @@ class ClassSolver:
         """The ``count`` lowest eigenvalues, or all there are, and their vectors. Collective."""
         k = self.free.restrict(self._stiffness[self.parity])
         m = self.free.restrict(self._mass)
-        found = lowest(k, m, min(count, self.free.size), self._force)
+        compat.free_memory(self.free.comm)  # of the class's stiffness on all degrees of freedom
+        asked = min(count, self.free.size)
+        if self.plate.solvers.iterates(self.free):
+            found = self._iterated(k, m, asked)
+        else:
+            found = lowest(k, m, asked, self._force)
         k.destroy()
         m.destroy()
         return found
+
+    def _iterated(
+        self, k: PETSc.Mat, m: PETSc.Mat, count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The lowest modes, by iterations from those of the same mesh in degree 2. Collective."""
+        coarse = multigrid.prolongation(self.free)
+        pair = k.ptap(coarse), m.ptap(coarse)
+        start = algebra.multiply(coarse, lowest(*pair, count + EXTRA)[1])
+        for matrix in (*pair, coarse):
+            matrix.destroy()
+        try:
+            solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
+            values, vectors, change = polished(
+                self._force, m, solver.solve_once, start, MOST_STEPS, EXTRA, SETTLED
+            )
+        except algebra.IndefiniteError as error:
+            raise UnstableError(
+                f"the film's state is not stable: {error}; the compression exceeds the buckling "
+                "load, so raise the tension"
+            ) from error
+        solver.reset()
+        self.plate.solvers.note(0, change)
+        if not change < EIGEN_ACCEPTED:
+            raise SolverError(
+                f"modes still changed by {change:.1e} of themselves after {MOST_STEPS} steps of "
+                'multigrid; refine the mesh, or set reduction.solver = "factors"'
+            )
+        return values, vectors
 
     def _force(self, vectors: np.ndarray) -> np.ndarray:
         """What the stiffness does to vectors (owned free rows, m). Collective."""
@@ -309,6 +344,6 @@ def lowest(
     order = np.argsort(values)
     values, vectors = values[order], vectors[:, order]
     if force is not None:
-        values, vectors = polished(force, m, factors.solve_once, vectors)
+        values, vectors, _ = polished(force, m, factors.solve_once, vectors)
     solver.reset()  # large: not left to what frees objects at its own time
     return values, vectors

@@ -29,6 +29,7 @@ from ufl.geometry import FacetJacobianDeterminant
 
 from nanorom.fem import compat
 from nanorom.fem.mesh import Domain
+from nanorom.fem.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, Parity, line
 
 COERCIVITY = 2.0  # factor a > 1 of the penalty; the margin covers curved cells
@@ -88,6 +89,7 @@ class Plate:
     ----------
     shape : initial deflection w0 (UFL or Function), None where the film is flat.
     prestress : membrane force (UFL tensor) in addition to the tension, None where there is none.
+    solvers : make what solves on its degrees of freedom.
     attraction : to a gate, None where there is none.
     even : by mirror, 1 where deflections are even about it, else 0 (`set_parity`).
     """
@@ -133,6 +135,7 @@ class Plate:
         )
         self._mirror_edges = others[: len(self.even)]
         self._elastic_edges = others[len(self.even) :]
+        self.solvers = Solvers()
         self.shape: Any = None
         self.prestress: Any = None
         self.attraction: Attraction | None = None

@@ -285,6 +285,7 @@ def solve(
         }
         if np.isfinite(in_plane.eigenvalue):
             diagnostics["in_plane_frequency"] = scales.in_plane_frequency(in_plane.eigenvalue)
+        diagnostics |= plate.solvers.told(team.across)
         diagnostics = team.across.bcast(diagnostics)  # all groups decide alike
     named = [names[i] for i in selected]
     return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics)

@@ -24,6 +24,7 @@ from nanorom.fem.symmetry import Parity
 
 POLISHED = 1e-12  # relative change of a shape below which it is not corrected again
 MOST_CORRECTIONS = 6
+MOST_KEPT, KEPT = 12, 4  # directions per vector at which a space is cut down, and to how many
 DEPENDENT = 1e-12  # of a square: directions that add nothing to the others
 Columns = Callable[[np.ndarray], np.ndarray]  # (owned rows, m) -> (owned rows, m)
 
@@ -77,28 +78,36 @@ class LinearForce:
 
 
 def polished(
-    force: Columns, mass: PETSc.Mat, solve: Columns, vectors: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (m,), sorted, and vectors (owned rows, m) of unit mass. Collective.
+    force: Columns,
+    mass: PETSc.Mat,
+    solve: Columns,
+    vectors: np.ndarray,
+    corrections: int = MOST_CORRECTIONS,
+    guards: int = 0,
+    tolerance: float = POLISHED,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Eigenvalues (m,), sorted, and vectors (owned rows, m) of unit mass, and their last change.
 
-    ``vectors`` are close; ``solve`` undoes ``force`` up to the rounding of its factors.  The space
-    of the vectors grows by what inverse iteration would correct them by, until that is nothing
-    (block Davidson: Crouzeix, Philippe, Sadkane 1994, doi:10.1137/0915004).
+    ``vectors`` are close, the last ``guards`` of them only to lend a hand; ``solve`` undoes
+    ``force`` as far as it can.  The space of the vectors grows by what inverse iteration would
+    correct them by, until that is nothing (block Davidson: Crouzeix, Philippe, Sadkane 1994,
+    doi:10.1137/0915004).  Collective.
     """
-    comm, count = mass.comm.tompi4py(), vectors.shape[1]
+    comm, count = mass.comm.tompi4py(), vectors.shape[1] - guards
     space = Subspace(comm, force, mass)
     new = vectors
-    for _ in range(MOST_CORRECTIONS):
+    for _ in range(corrections):
         space.add(new)
         values, vectors, residual = space.lowest(count)
         correction = solve(residual)
         sizes = [np.sum(a**2, axis=0) for a in (correction, vectors)]
         change, size = comm.allreduce(np.stack(sizes))
-        far = change > POLISHED**2 * size
+        far = change > tolerance**2 * size
         if not far.any():
             break
+        space.shrink(KEPT * count, MOST_KEPT * count)
         new = correction[:, far]
-    return values, vectors - correction
+    return values, vectors - correction, float(np.sqrt((change / size).max()))
 
 
 class Subspace:
@@ -112,7 +121,10 @@ class Subspace:
         self._parts: tuple[np.ndarray, ...] = ()  # columns, forces, masses
 
     def add(self, columns: np.ndarray) -> None:
-        """Make the space larger by columns (owned rows, m). Collective."""
+        """Make the space larger by columns (owned rows, m). Collective.
+
+        Raises IndefiniteError if the energy of one is not positive.
+        """
         new: tuple[np.ndarray, ...]
         new = columns, self._force(columns), algebra.multiply(self._mass, columns)
         for _ in range(2):  # once loses orthogonality
@@ -120,6 +132,8 @@ class Subspace:
                 share = self._comm.allreduce(self._parts[1].T @ new[0])
                 new = tuple(part - old @ share for part, old in zip(new, self._parts))
             energy = self._comm.allreduce(new[0].T @ new[1])
+            if not (np.diag(energy) > 0).all():
+                raise algebra.IndefiniteError("a shape was found whose energy is not positive")
             size = np.sqrt(np.diag(energy))
             squares, rotation = np.linalg.eigh(0.5 * (energy + energy.T) / np.outer(size, size))
             kept = squares > DEPENDENT
@@ -135,3 +149,11 @@ class Subspace:
         values = -1 / inverse[:count]
         rotation = rotation[:, :count] * np.sqrt(values)
         return values, columns @ rotation, forces @ rotation - masses @ rotation * values
+
+    def shrink(self, kept: int, most: int) -> None:
+        """Keep the lowest Ritz vectors alone of a space that has more than ``most`` columns."""
+        columns, _, masses = self._parts
+        if columns.shape[1] > most:
+            mass = self._comm.allreduce(columns.T @ masses)
+            rotation = np.linalg.eigh(-0.5 * (mass + mass.T))[1][:, :kept]
+            self._parts = tuple(part @ rotation for part in self._parts)

@@ -1,0 +1,65 @@
+"""Iterations with multigrid give what factors give, tell how well, and refuse to guess."""
+
+import attrs
+import numpy as np
+import pytest
+
+from nanorom.errors import SolverError
+from nanorom.fem import modes, multigrid, reduce_scene
+from nanorom.scene import Accuracy, Load, Plate, Reduction
+from tests.fem.exact import RADIUS, drum, paper_drum
+
+SAME = 1e-9  # of the largest entry: shapes settle to 1e-10
+FEW_CELLS = Accuracy(degree=4, mesh_size=RADIUS / 4)
+MEMBRANE = attrs.evolve(paper_drum(3), accuracy=FEW_CELLS, plate=Plate("10 nm", "membrane"))
+CRITICAL = -14.68  # T R^2/D at which a clamped disc buckles
+
+
+def with_solver(scene, solver, method="direct"):
+    return attrs.evolve(scene, reduction=Reduction(method=method, solver=solver))
+
+
+@pytest.mark.parametrize(
+    ("scene", "method"),
+    [
+        (attrs.evolve(paper_drum(6), accuracy=FEW_CELLS), "direct"),
+        (drum(100.0, count=3, accuracy=FEW_CELLS), "step"),
+        (MEMBRANE, "direct"),
+        (drum(100.0, count=2, accuracy=FEW_CELLS, load=Load(pressure="2 kPa")), "direct"),
+    ],
+    ids=["paper", "step", "membrane", "static load"],
+)
+def test_multigrid_gives_what_factors_give(scene, method):
+    found = reduce_scene(with_solver(scene, "multigrid", method))
+    expected = reduce_scene(with_solver(scene, "factors", method))
+    np.testing.assert_allclose(found.frequency, expected.frequency, rtol=SAME)
+    for name in ("quadratic", "cubic", "stiffness"):
+        tensor = getattr(expected, name)
+        largest = np.abs(tensor).max()
+        np.testing.assert_allclose(getattr(found, name), tensor, rtol=0, atol=SAME * largest)
+    assert 0 < found.diagnostics["solver_residual"] < SAME
+    assert found.diagnostics["solver_iterations"] > 1
+    assert "solver_residual" not in expected.diagnostics
+
+
+def test_size_decides(monkeypatch):
+    scene = drum(100.0, count=2, accuracy=FEW_CELLS)
+    assert "solver_residual" not in reduce_scene(scene).diagnostics
+    monkeypatch.setattr(multigrid, "LARGEST_FACTORS", 100)
+    assert "solver_residual" in reduce_scene(scene).diagnostics
+
+
+def test_unfinished_iterations_are_errors(monkeypatch):
+    scene = with_solver(drum(100.0, count=2, accuracy=FEW_CELLS), "multigrid")
+    monkeypatch.setattr(multigrid, "MOST_ITERATIONS", 3)
+    with pytest.raises(SolverError, match=r"in-plane stiffness .* residual of \d.* in 3 iter"):
+        reduce_scene(scene)
+    monkeypatch.setattr(modes, "MOST_STEPS", 3)
+    with pytest.raises(SolverError, match=r"still changed by \d.* after 3 steps"):
+        reduce_scene(scene)
+
+
+def test_buckled_film_is_refused():
+    scene = drum(1.5 * CRITICAL, count=2, accuracy=FEW_CELLS)
+    with pytest.raises(SolverError, match="buckl"):
+        reduce_scene(with_solver(scene, "multigrid"))
