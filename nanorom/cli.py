@@ -193,6 +193,7 @@ def _parser() -> argparse.ArgumentParser:
         ("accuracy", "true error against the estimate, for drums, squares and strings"),
         ("stress", "extreme parameters, each against an exact or a finer solution"),
         ("skips", "what each skip of the plan saves, and what it changes"),
+        ("size", "time and memory against unknowns, on the ranks of mpirun"),
     ):
         what.add_argument(f"--{name}", dest="what", action="store_const", const=name, help=text)
     sub.add_argument("--quick", action="store_true", help="a few cases of each kind only")

@@ -11,11 +11,13 @@ from nanorom.files import check_directory, make_directory
 
 
 def run(directory: Path, what: str, quick: bool) -> None:
-    """Measure ``what`` (speed, accuracy, stress or skips) and leave its table in a directory."""
+    """Measure ``what`` (speed, accuracy, stress, skips, size); leave its table in a directory."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     check_directory(directory)
     make_directory(directory)
-    kinds = {"speed": _speed, "accuracy": _accuracy, "stress": _stress, "skips": _skips}
+    kinds = {
+        "speed": _speed, "accuracy": _accuracy, "stress": _stress, "skips": _skips, "size": _size
+    }
     kinds[what](directory, quick)
 
 
@@ -79,3 +81,18 @@ def _skips(directory: Path, quick: bool) -> None:
     report.write_csv(rows, directory / "skips.csv")
     title = "What the plan's skips save and change"
     report.write_markdown(title, (rows,), directory / "skips.md", _command(" --skips", quick))
+
+
+def _size(directory: Path, quick: bool) -> None:
+    from nanorom.bench import report, size
+
+    found = size.rows(quick)
+    rows = _shown(found) if size.COMM.rank == 0 else list(found)
+    if size.COMM.rank == 0:
+        name = f"size-{size.COMM.size}"
+        report.write_csv(rows, directory / f"{name}.csv")
+        title = "Time and memory against the size of the mesh"
+        command = f"mpirun -n {size.COMM.size} {_command(' --size', quick)}"
+        tables = size.exponents(rows), rows
+        report.write_markdown(title, tables, directory / f"{name}.md", command)
+        size.picture(rows, directory / f"{name}.png")

@@ -119,12 +119,14 @@ def _displacements(
     for parity in list(loads):
         free = membrane.free_dofs(plate, parity)
         load = membrane.summed(plate, loads.pop(parity))[free.local]
+        compat.free_memory(free.comm)
         restricted = free.restrict(stiffness)
         solver = plate.solvers.make(free, restricted, "nanorom_in_plane_", "in-plane stiffness")
         found[parity] = free.extended(-solver.solve(load))
         solver.reset()
         restricted.destroy()
     stiffness.destroy()
+    compat.free_memory(plate.domain.comm)
     return found
 
 

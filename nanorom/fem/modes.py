@@ -221,6 +221,7 @@ class ClassSolver:
             found = lowest(k, m, asked, self._force)
         k.destroy()
         m.destroy()
+        compat.free_memory(self.free.comm)
         return found
 
     def _iterated(

@@ -122,3 +122,16 @@ def test_mirrors_and_pairs_save_work_and_change_nothing():
     for full in (skips.plan(scene, skips.WholePlan), skips.plan(scene.with_(method="step"))):
         # both meshes are right to the scene's tolerance; a quarter is that of the whole
         assert skips.compared("", quarter, full).difference < SKIPPED
+
+
+def test_quick_sizes_leave_table_and_picture(tmp_path):
+    """Time and memory by size, factors beside multigrid, on a drum of three modes."""
+    assert main(["bench", "--size", "--quick", "-o", str(tmp_path)]) == 0
+    with open(tmp_path / "size-1.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["solver"] for row in rows] == ["factors"] * 2 + ["multigrid"] * 2
+    for row in rows:
+        assert float(row["error_tensor"]) < QUICK_ERROR
+        assert 0.1 < float(row["memory"]) < 2.0 and float(row["cpu"]) > float(row["cpu_modes"])
+    assert "exponent of memory, multigrid" in (tmp_path / "size-1.md").read_text()
+    assert (tmp_path / "size-1.png").read_bytes().startswith(b"\x89PNG")
