@@ -14,6 +14,7 @@ from math import factorial
 
 import numpy as np
 
+from .balance import by_pair
 from .harmonics import Support, differentiate, fourier_matrix, symmetry_signs
 from .system import Array, ScaledSystem
 
@@ -68,9 +69,9 @@ class FloquetSolver:
         self.system, self.truncation = system, truncation
         size = system.size
         self.size = size
-        self.cubic = 3.0 * system.cubic.transpose(2, 3, 0, 1).reshape(size * size, size * size)
+        self.cubic = 3.0 * by_pair(system.cubic.transpose(2, 3, 0, 1))
         self.quadratic = 2.0 * system.quadratic.transpose(1, 0, 2).reshape(size, size * size)
-        self.loss = system.loss.transpose(2, 3, 0, 1).reshape(size * size, size * size)
+        self.loss = by_pair(system.loss.transpose(2, 3, 0, 1))
         self.has_loss = bool(self.loss.any())
         values = np.linalg.eigvals(system.stiffness)
         self.fastest = float(np.sqrt(np.abs(values).max()))
@@ -87,7 +88,8 @@ class FloquetSolver:
         harmonics = (rows - 1) // 2
         synthesis, analysis, drive = _sampling(harmonics, period_multiple)
         v = synthesis @ orbits
-        pairs = (v[:, :, :, None] * v[:, :, None, :]).reshape(n, len(drive), -1)
+        first, second = np.triu_indices(size)
+        pairs = v[:, :, first] * v[:, :, second]
         stiffness = pairs @ self.cubic
         if self.quadratic.any():
             stiffness += v @ self.quadratic

@@ -14,12 +14,13 @@ from .floquet import FloquetSolver
 from .harmonics import differentiate, fourier_matrix, turned
 from .series import Series
 from .system import Array
-from .trace import Orbit, Tracer, real_roots
+from .trace import Orbit, Tracer
 
 SAME_ORBIT = 1e-6
 ARC_POINTS = 33
 LEAST_POINTS = 60  # on a branch, for a smooth picture; half as many where they cost most
 FEW_MODES = 4
+TAYLOR_SPACING = 2.0  # lengths of a Taylor series between two points
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
 
 
@@ -58,9 +59,7 @@ class Path:
         if orbit.period_multiple != self.tracer.period_multiple:
             return False
         for step in self.steps:
-            shifted = step.rates.copy()
-            shifted[0] -= orbit.rate
-            for root in real_roots(shifted, 0.0, step.length):
+            for root in step.crossings(orbit.rate):
                 if same_orbit(self.tracer.orbit(step, root), orbit):
                     return True
         return False
@@ -81,6 +80,7 @@ class Path:
             )
             least = LEAST_POINTS if self.tracer.system.size <= FEW_MODES else LEAST_POINTS // 2
             count = max(count, -(-least // len(self.steps)))
+            count = max(count, int(np.ceil((last - first) / (TAYLOR_SPACING * step.taylor))))
             if number == 0:
                 first += 1e-3 * (last - first)
             places += [Place(number, first + (last - first) * i / count) for i in range(count)]
@@ -110,11 +110,7 @@ class Path:
 def _arc_length(step: Series) -> tuple[Array, Array]:
     """Equidistant values of the parameter of a step and the arc length from its start."""
     a = np.linspace(step.start, step.length, ARC_POINTS)
-    k = step.powers[1:]
-    weights = k * a[:, None] ** (k - 1.0)
-    speed = np.sqrt(
-        ((weights @ step.coefficients[1:]) ** 2).sum(axis=1) + (weights @ step.rates[1:]) ** 2
-    )
+    speed = np.linalg.norm(step.derivative(a), axis=1)
     return a, cumulative_trapezoid(speed, a, initial=0.0)
 
 

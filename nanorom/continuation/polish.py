@@ -19,7 +19,7 @@ from .series import Series
 from .shooting import Shooting
 from .special import Detected
 from .system import Array
-from .trace import Orbit, Tracer, real_roots
+from .trace import Orbit, Tracer
 
 DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
 CONFIRMED = 1e-7
@@ -88,7 +88,7 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
     larger, expansion = tracer.pair(harmonics)
     x, rate, factors = larger.correct(x, rate, border, 1e-10)
     packed, rates = expansion.expand(x, rate, factors)
-    return Series(larger, packed, rates, length=series.length)
+    return Series.from_terms(larger, packed, rates, DIVERGED)
 
 
 def _zero(
@@ -101,12 +101,7 @@ def _zero(
 ) -> float:
     """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
     if kind == "LP":
-        slope = series.rates[1:] * np.arange(1, len(series.rates))
-        mirrored = slope * (-1.0) ** np.arange(len(slope))
-        roots = [0.0] if slope[0] == 0 else []
-        roots += real_roots(slope, 0.0, window) + [
-            -root for root in real_roots(mirrored, 0.0, window)
-        ]
+        roots = series.folds(-window, window)
         if not roots:
             raise ContinuationError("no fold in the neighbourhood")
         return min(roots, key=abs)
@@ -116,7 +111,7 @@ def _zero(
     test = _test_function(kind, symmetric)
 
     def critical(points: list[float]) -> list[float]:
-        if _last_terms(series, max(abs(a) for a in points)) > DIVERGED:
+        if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
         maps = floquet.monodromy(
@@ -143,13 +138,6 @@ def _zero(
     return a
 
 
-def _last_terms(series: Series, a: float) -> float:
-    """Size of the highest order at a, relative to the orbit."""
-    scale = np.abs(series.coefficients[0]).max(initial=1e-300)
-    order = len(series.coefficients) - 1
-    return float(np.abs(series.coefficients[-1]).max(initial=0.0) * a**order / scale)
-
-
 def _test_function(kind: str, symmetric: bool) -> Callable[[Array, float], float]:
     """A smooth function of the eigenvalues (2L,) and the slope of the rate that is zero at the
     point.
@@ -167,9 +155,12 @@ def _test_function(kind: str, symmetric: bool) -> Callable[[Array, float], float
             chosen["target"] = -1.0 if kind == "PD" or (symmetric and flip < unit) else 1.0
             factors = np.sort(np.abs(eigenvalues - chosen["target"]))
             chosen["unit"] = float(np.prod(factors[1:]))
-        # a fold next to a branch point is none of its zeros
         value = float(np.prod(eigenvalues - chosen["target"]).real) / chosen["unit"]
-        return value / slope if chosen["target"] > 0 and not symmetric else value
+        if chosen["target"] < 0 or symmetric:
+            return value
+        if slope == 0:
+            raise ContinuationError("a fold at the very place")
+        return value / slope  # a fold next to a branch point is none of its zeros
 
     return torus if kind == "NS" else at_target
 

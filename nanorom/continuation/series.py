@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .balance import BorderedFactors, HarmonicBalance
+from .rational import denominator, multiplied, reach, real_roots
 from .system import Array
 
 ORDER = 24
@@ -21,39 +22,98 @@ ORDER = 24
 
 @dataclass(eq=False)
 class Series:
-    """One step of a branch: polynomials of the parameter a on [start, length]."""
+    """One step of a branch: polynomials of the parameter a over a common one, on [start, length].
+
+    The sum of coefficients_k a^k and rates_k a^k is divided by that of denominator_k a^k.
+    """
 
     balance: HarmonicBalance
     coefficients: Array  # (order + 1, n) of the packed unknowns
     rates: Array  # (order + 1,)
-    length: float
+    denominator: Array = field(default_factory=lambda: np.ones(1))
+    length: float = 0.0
+    taylor: float = np.inf  # length at which the Taylor series itself would end
     start: float = 0.0
     powers: Array = field(init=False)
+    bend: Array = field(init=False)  # derivative of the denominator
 
     def __post_init__(self) -> None:
         self.powers = np.arange(len(self.rates))
+        self.bend = (self.powers[: len(self.denominator)] * self.denominator)[1:]
+
+    @classmethod
+    def from_terms(
+        cls, balance: HarmonicBalance, packed: Array, rates: Array, tolerance: float
+    ) -> Series:
+        """The quotient for Taylor series (order + 1, n) and (order + 1,), as long as it is right to
+        `tolerance`, relative to the orbit and to the rate.
+        """
+        scale = max(float(np.abs(packed[0]).max(initial=0.0)), 1e-6)
+        terms = np.column_stack([packed / scale, rates / rates[0]])
+        below = denominator(terms)
+        plain = reach(terms, np.ones(1), tolerance)
+        above = multiplied(below, terms)
+        length = reach(above, below, tolerance)
+        above[:, :-1] *= scale
+        above[:, -1] *= rates[0]
+        unknowns = np.ascontiguousarray(above[:, :-1])
+        return cls(balance, unknowns, above[:, -1], below, length, plain)
+
+    def _weights(self, a: float | Array) -> Array:
+        """Of the terms in the value at a, (..., order + 1)."""
+        powers = np.asarray(a)[..., None] ** self.powers
+        return np.asarray(powers / self._below(powers))
+
+    def _slopes(self, a: float | Array) -> Array:
+        """Of the terms in the derivative at a, (..., order + 1)."""
+        powers = np.asarray(a)[..., None] ** self.powers
+        below = self._below(powers)
+        slopes = np.zeros_like(powers)
+        slopes[..., 1:] = self.powers[1:] * powers[..., :-1]
+        if len(self.bend):
+            bend = (powers[..., : len(self.bend)] @ self.bend)[..., None]
+            slopes = np.subtract(slopes, powers * bend / below)
+        return np.asarray(slopes / below)
+
+    def _below(self, powers: Array) -> Array:
+        return np.asarray(powers[..., : len(self.denominator)] @ self.denominator)[..., None]
 
     def at(self, a: float) -> tuple[Array, float]:
         """Basis coefficients (rows, modes) and rate at a."""
-        weights = a**self.powers
+        weights = self._weights(a)
         return self.balance.basis.unpack(weights @ self.coefficients), float(weights @ self.rates)
 
-    def packed(self, a: float) -> Array:
-        return np.asarray(a**self.powers @ self.coefficients)
-
-    def rate(self, a: float | Array) -> float | Array:
-        return np.polynomial.polynomial.polyval(a, self.rates)  # type: ignore[no-any-return]
+    def rate(self, a: float) -> float:
+        return float(self._weights(a) @ self.rates)
 
     def rate_slope(self, a: float) -> float:
-        k = self.powers[1:]
-        return float((k * self.rates[1:]) @ a ** (k - 1.0))
+        return float(self._slopes(a) @ self.rates)
+
+    def derivative(self, a: float | Array) -> Array:
+        """d(unknowns, rate)/da at the places (...), (..., n + 1)."""
+        slopes = self._slopes(a)
+        parts = slopes @ self.coefficients, (slopes @ self.rates)[..., None]
+        return np.concatenate(parts, axis=-1)
 
     def tangent(self, a: float) -> Array:
         """Unit tangent (n + 1,) of the branch at a."""
-        k = self.powers[1:]
-        weights = k * a ** (k - 1.0)
-        direction = np.append(weights @ self.coefficients[1:], weights @ self.rates[1:])
+        direction = self.derivative(a)
         return np.asarray(direction / np.linalg.norm(direction))
+
+    def crossings(self, rate: float) -> list[float]:
+        """Where the branch passes a rate, in (0, length]."""
+        shifted = self.rates.copy()
+        shifted[: len(self.denominator)] -= rate * self.denominator
+        return real_roots(shifted, self.length)
+
+    def folds(self, low: float, high: float) -> list[float]:
+        """Where the rate turns back, in (low, high] with low <= 0 <= high."""
+        slope = self.powers[1:] * self.rates[1:]
+        if len(self.bend):
+            slope = np.convolve(slope, self.denominator) - np.convolve(self.rates, self.bend)
+        mirrored = slope * (-1.0) ** np.arange(len(slope))
+        falling = [-root for root in real_roots(mirrored, -low)] if low < 0 else []
+        return falling[::-1] + ([0.0] if slope[0] == 0 else []) + real_roots(slope, high)
 
 
 class SeriesExpansion:
@@ -201,17 +261,3 @@ class SeriesExpansion:
         z = self.velocity[:, self.order - k :].reshape(n, 1, -1)
         w = self.losses[:, : k + 1].reshape(n, (k + 1) * size, size)
         self.friction[k] = np.matmul(z, w)[:, 0, :]
-
-
-def convergence_length(packed: Array, rates: Array, scale: float, tolerance: float) -> float:
-    """Length on which the truncated series is right to `tolerance` times `scale`, from its last
-    terms.
-    """
-    lengths = []
-    for k in (len(rates) - 2, len(rates) - 1):
-        size = float(np.abs(packed[k]).max(initial=0.0))
-        if size > 0:
-            lengths.append((tolerance * scale / size) ** (1.0 / k))
-        if rates[k] != 0:
-            lengths.append((tolerance * abs(rates[0]) / abs(rates[k])) ** (1.0 / k))
-    return min(lengths, default=np.inf)

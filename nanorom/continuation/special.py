@@ -19,14 +19,15 @@ from scipy.optimize import brentq
 
 from .path import Path, Place
 from .system import Array
-from .trace import real_roots
 
 ROUNDS = 8
 MOST_POINTS = 1200  # at which adding points ends, unless the first ones are that many
 STENCIL = 6  # points of an interpolation
+DEEP = 0.7  # log of a dip between two samples that deserves a point of its own
 SAMPLES = 4  # interpolated subdivisions between two points
-LEAVE_ONE_OUT = 0.1  # of a multiplier, or of 1 within the circle
+LEAVE_ONE_OUT = 0.05  # of a multiplier, or of 1 within the circle
 INSIDE = 0.5  # modulus of multipliers that will not soon be critical
+GOOD_ESTIMATE = 3e-3  # of a multiplier at an interpolated root, which then needs no search
 ROOT_TOLERANCE = 0.1  # of a coarsely located root; polishing and shooting decide
 
 
@@ -161,6 +162,8 @@ class Detector:
                     vertex = _vertex(samples[i - 1 : i + 2], logs[i - 1 : i + 2])
                     if vertex is not None:
                         wanted.append(vertex)
+                    elif not exact[i] and logs[i] < min(logs[i - 1], logs[i + 1]) - DEEP:
+                        wanted.append(samples[i])
         return [self.path.place(position) for position in wanted]
 
     def _interpolated(self) -> tuple[Array, Array, Array]:
@@ -193,12 +196,7 @@ class Detector:
     def _folds(self) -> list[Detected]:
         found = []
         for number, step in enumerate(self.path.steps):
-            slope = step.rates[1:] * np.arange(1, len(step.rates))
-            roots = real_roots(slope, 0.0, step.length)
-            if step.start < 0:
-                mirrored = slope * (-1.0) ** np.arange(len(slope))
-                roots += [-root for root in real_roots(mirrored, 0.0, -step.start)]
-            found += [Detected("LP", Place(number, root)) for root in roots]
+            found += [Detected("LP", Place(number, a)) for a in step.folds(step.start, step.length)]
         return found
 
     def _roots(self, kind: str) -> list[Detected]:
@@ -208,11 +206,33 @@ class Detector:
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
             if kind == "torus" and _neutral(*self.eigenvalues[i : i + 2]):
                 continue
-            place = self._locate(kind, self.places[i], self.places[i + 1])
-            point = self._classify(kind, place) if place is not None else None
+            point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
+            if point is None:
+                place = self._locate(kind, self.places[i], self.places[i + 1])
+                point = self._classify(kind, place, ROOT_TOLERANCE) if place else None
             if point is not None:
                 found.append(point)
         return found
+
+    def _estimate(self, kind: str, number: int) -> Place:
+        """Where the interpolated test function is zero after a point: exact at the points, it has
+        their signs.
+        """
+        s = self.positions
+        near = _stencil(s, number + 0.5, STENCIL)
+
+        def value(position: float) -> float:
+            weights = _lagrange(s[near], np.array([position]))[0]
+            eigenvalues = np.linalg.eigvals(np.tensordot(weights, self.maps[near], axes=1))[None]
+            slope = self.path.rate_slope(self.path.place(position))
+            signs, logs = test_function(kind, eigenvalues, np.array([slope]))
+            return float(signs[0] * np.exp(np.clip(logs[0], -600, 600)))
+
+        low, high = s[number], s[number + 1]
+        try:
+            return self.path.place(brentq(value, low, high, xtol=1e-3 * (high - low)))
+        except ValueError:  # round-off: a point is itself the zero
+            return self.path.place(low)
 
     def _locate(self, kind: str, low: Place, high: Place) -> Place | None:
         step = low.step
@@ -235,17 +255,17 @@ class Detector:
         except ValueError:
             return None
 
-    def _classify(self, kind: str, place: Place) -> Detected | None:
+    def _classify(self, kind: str, place: Place, tolerance: float) -> Detected | None:
         """The type of a root, or nothing where the test function vanishes for another reason."""
         eigenvalues = np.linalg.eigvals(self.path.maps([place]))[0]
         if kind == "flip":
-            close = np.abs(eigenvalues + 1).min() < ROOT_TOLERANCE
+            close = np.abs(eigenvalues + 1).min() < tolerance
             return Detected("BP" if self.path.symmetric else "PD", place) if close else None
         if kind == "unit":
-            return Detected("BP", place) if np.abs(eigenvalues - 1).min() < ROOT_TOLERANCE else None
+            return Detected("BP", place) if np.abs(eigenvalues - 1).min() < tolerance else None
         # a real pair with product one is a neutral saddle, not a torus
         complex_ones = eigenvalues[np.abs(eigenvalues.imag) > 1e-6]
-        close = np.abs(np.abs(complex_ones) - 1).min(initial=np.inf) < ROOT_TOLERANCE
+        close = np.abs(np.abs(complex_ones) - 1).min(initial=np.inf) < tolerance
         return Detected("NS", place) if close else None
 
 

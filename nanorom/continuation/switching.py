@@ -13,9 +13,10 @@ from nanorom.errors import ContinuationError
 from .balance import HarmonicBalance, NewtonFailure
 from .harmonics import Support, basis_for, close_support, full_support, stretch
 from .path import same_orbit
+from .rational import real_roots
 from .series import Series
 from .system import Array, ScaledSystem
-from .trace import Orbit, Settings, Tracer, real_roots
+from .trace import Orbit, Settings, Tracer
 
 
 def first_orbit(tracer: Tracer, omega: float) -> Orbit:
@@ -68,9 +69,7 @@ def follow_closed(
     """Steps of a branch until it leaves the range or comes back to where it started."""
     steps: list[Series] = []
     for series in tracer.follow(orbit, direction, rates):
-        shifted = series.rates.copy()
-        shifted[0] -= orbit.rate
-        for root in real_roots(shifted, 0.0, series.length):
+        for root in series.crossings(orbit.rate):
             away = steps or root > 0.1 * series.length
             if away and same_orbit(tracer.orbit(series, root), orbit):
                 series.length = root
@@ -184,7 +183,7 @@ class Bifurcation:
     def end(self, series: Series) -> float | None:
         """Where the branch returns to the parent's support within the step, if it does."""
         outside = self.outside(series)
-        roots = real_roots(outside @ outside[0], 0.0, series.length)
+        roots = real_roots(outside @ outside[0], series.length)
         # a projection may vanish while the part itself does not
         for root in roots:
             part = root ** np.arange(len(outside)) @ outside
@@ -210,5 +209,5 @@ class Bifurcation:
 def real_roots_low(coefficients: Array, length: float) -> float | None:
     """The negative root closest to zero, within one step length."""
     mirrored = coefficients * (-1.0) ** np.arange(len(coefficients))
-    roots = real_roots(mirrored, 0.0, length)
+    roots = real_roots(mirrored, length)
     return -roots[0] if roots else None

@@ -11,7 +11,7 @@ from nanorom.errors import ContinuationError
 
 from .balance import HarmonicBalance, NewtonFailure
 from .harmonics import HARMONIC_LADDER, Support, basis_for
-from .series import Series, SeriesExpansion, convergence_length
+from .series import Series, SeriesExpansion
 from .system import Array, ScaledSystem, finite
 
 LARGEST_STEP = 10.0  # times orbit and frequency (of a linear system the series never ends)
@@ -181,10 +181,9 @@ class Tracer:
                 self.ending = "harmonics"
                 return
             packed, rates = expansion.expand(x, rate, factors)
-            length = self._length(balance, packed, rates)
-            series = Series(balance, packed, rates, length)
-            length, inside = _leave(series, rate_range)
-            series.length = length
+            series = Series.from_terms(balance, packed, rates, self.settings.series)
+            series.length = self._length(series, rates)
+            series.length, inside = _leave(series, rate_range)
             if not inside:
                 self.ending = "range"
             yield series
@@ -213,23 +212,24 @@ class Tracer:
         border = np.append(direction, border[-1])
         return moved, border / np.linalg.norm(border)
 
-    def _length(self, balance: HarmonicBalance, packed: Array, rates: Array) -> float:
+    def _length(self, series: Series, rates: Array) -> float:
         """Length of the step: the series converges, the harmonics suffice, the residual at its end
         is small.
         """
-        scale = max(float(np.abs(packed[0]).max(initial=0.0)), 1e-6)
-        length = convergence_length(packed, rates, scale, self.settings.series)
+        balance = series.balance
+        start, rate = series.at(0.0)
+        scale = max(float(np.abs(start).max(initial=0.0)), 1e-6)
+        length = series.length
         # a straight (linear) branch has an infinite radius; multipliers still want points on the
         # way
-        drift = abs(rates[1]) * length / rates[0]
+        drift = abs(rates[1]) * length / rate
         if drift > 0.25 or not np.isfinite(length):
-            length = 0.25 * rates[0] / abs(rates[1])
-        length = min(length, LARGEST_STEP * max(scale, float(rates[0])))
+            length = 0.25 * rate / abs(rates[1])
+        length = min(length, LARGEST_STEP * max(scale, rate))
         # on a coarse grid, so that round-off (other units, say) does not move the points
         length = float(2.0 ** (np.floor(16 * np.log2(length)) / 16))
         for _ in range(12):
-            weights = length ** np.arange(len(rates))
-            x, rate = balance.basis.unpack(weights @ packed), float(weights @ rates)
+            x, rate = series.at(length)
             residual = balance.basis.pack(balance.residual(x, rate))
             error = float(np.abs(residual).max(initial=0.0))
             good_tail = self.tail(balance, x) < 30 * self.settings.tolerance
@@ -244,41 +244,10 @@ def _leave(series: Series, rate_range: tuple[float, float]) -> tuple[float, bool
     first = series.length
     inside = True
     for limit, sign in zip(rate_range, (-1.0, 1.0)):
-        shifted = series.rates.copy()
-        shifted[0] -= limit
-        for root in real_roots(shifted, 0.0, series.length):
+        for root in series.crossings(limit):
             if sign * series.rate_slope(root) > 0 and root < first:
                 first, inside = root, False
-    end_rate = float(series.rate(series.length))
+    end_rate = series.rate(series.length)
     if inside and not rate_range[0] <= end_rate <= rate_range[1]:
         inside = False
     return first, inside
-
-
-def real_roots(coefficients: Array, low: float, high: float) -> list[float]:
-    """Real roots of a polynomial in (low, high], polished by Newton's method."""
-    scale = max(abs(low), abs(high))
-    scaled = coefficients * scale ** np.arange(len(coefficients))
-    top = np.abs(scaled).max()
-    if top == 0:
-        return []
-    significant = np.flatnonzero(np.abs(scaled) > 1e-17 * top)
-    scaled = scaled[: significant[-1] + 1]
-    # cheap test first: a polynomial dominated by its constant has no root within the step
-    if abs(scaled[0]) > np.abs(scaled[1:]).sum():
-        return []
-    roots = np.roots(scaled[::-1])
-    real = roots.real[
-        (np.abs(roots.imag) < 1e-7) & (roots.real > low / scale) & (roots.real <= high / scale)
-    ]
-    derivative = scaled[1:] * np.arange(1, len(scaled))
-    polished = []
-    for root in np.sort(real):
-        for _ in range(3):
-            slope = np.polynomial.polynomial.polyval(root, derivative)
-            if slope == 0:
-                break
-            change = float(np.polynomial.polynomial.polyval(root, scaled) / slope)
-            root -= min(max(change, -1e-3), 1e-3)
-        polished.append(float(root * scale))
-    return polished

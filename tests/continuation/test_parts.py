@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.polynomial.polynomial import polyval
 from scipy.integrate import solve_ivp
+from scipy.special import gamma
 
 from nanorom.continuation.balance import HarmonicBalance
 from nanorom.continuation.floquet import FloquetSolver
@@ -15,6 +17,7 @@ from nanorom.continuation.harmonics import (
     fourier_matrix,
     full_support,
 )
+from nanorom.continuation.rational import denominator, multiplied, reach, real_roots
 from nanorom.continuation.series import SeriesExpansion
 from nanorom.continuation.shooting import Shooting
 from nanorom.continuation.system import ModalSystem
@@ -196,3 +199,41 @@ def test_undriven_modes_cost_nothing() -> None:
         damping=[0.01] * 2, stiffness=[1.0, 7.0], cubic=cubic, direct=[1.0, 0.0]
     ).scaled(0.1)
     assert forced_support(scaled).table.tolist() == [[False, True], [False, False]]
+
+
+def test_quotient_of_a_resonance_is_right_beyond_the_radius_of_convergence() -> None:
+    """Two resonances a hundredth from the real axis, one before and one behind the start."""
+    poles = np.array([0.05 + 0.01j, -0.08 + 0.01j])
+    weights = np.random.default_rng(4).standard_normal((100, 2)) @ np.array([[1, 2j], [1j, 1]])
+
+    def exact(a: float) -> np.ndarray:
+        return np.cos(a) + (weights / (poles - a)).real @ np.ones(2)
+
+    order = np.arange(25)
+    parts = weights[:, :, None] / poles[:, None] ** (order + 1)
+    terms = parts.real.sum(axis=1).T
+    terms += (np.where(order % 2, 0.0, (-1.0) ** (order // 2)) / gamma(order + 1))[:, None]
+    below = denominator(terms)
+    above = multiplied(below, terms)
+    size, radius = np.abs(terms[0]).max(), np.abs(poles).min()
+    plain = reach(terms, np.ones(1), 1e-10 * size)
+    length = reach(above, below, 1e-10 * size)
+    assert plain < 0.5 * radius < 1.4 * radius < length
+    for a in (-0.9 * length, 0.5 * length, length):
+        quotient = polyval(a, above) / polyval(a, below)
+        assert np.abs(quotient - exact(a)).max() < 1e-9 * size
+
+
+def test_noise_makes_no_pole_on_the_real_axis() -> None:
+    order = np.arange(25)[:, None]
+    terms = 0.5**order * np.random.default_rng(5).standard_normal((25, 100))
+    inverse = np.roots(denominator(terms))
+    near = np.abs(inverse.imag) < 1e-3 * np.abs(inverse)
+    assert not near[np.abs(inverse) > 0.5].any()
+
+
+def test_roots_of_a_polynomial_within_a_step() -> None:
+    roots = [-1.0, 0.25, 0.25 + 1e-6, 2.0, 3.5]
+    found = real_roots(np.poly(roots)[::-1], 2.0)
+    np.testing.assert_allclose(found, roots[1:4], rtol=1e-6)
+    assert real_roots(np.poly([-1.0, 3.0, 0.5 + 0.2j, 0.5 - 0.2j])[::-1].real, 2.0) == []
