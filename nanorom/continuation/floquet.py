@@ -16,6 +16,7 @@ import numpy as np
 
 from .balance import by_pair
 from .harmonics import Support, differentiate, fourier_matrix, symmetry_signs
+from .product import LARGE, product_eigenvalues
 from .system import Array, ScaledSystem
 
 TAYLOR_ORDER = 20
@@ -109,12 +110,12 @@ class FloquetSolver:
 
     def monodromy(
         self, orbits: Array, rates: Array, period_multiple: int, support: Support
-    ) -> Array:
+    ) -> tuple[Array, Array]:
         """Fundamental matrices over one period, or over half of it (with the symmetry applied) if
-        symmetric.
+        symmetric, and their eigenvalues.
 
         orbits (n, 2H + 1, L), rates (n,) = omega / period_multiple; result (n, 2L, 2L) for the
-        state (q, q').
+        state (q, q') and (n, 2L).
         """
         size = self.size
         stiffness, damping = self.stiffness_harmonics(orbits, rates, period_multiple)
@@ -127,16 +128,19 @@ class FloquetSolver:
         per_orbit = intervals * TAYLOR_ORDER * 3 * size * size
         batch = max(1, BATCH_DOUBLES // per_orbit)
         result = np.empty((len(orbits), 2 * size, 2 * size))
+        eigenvalues = np.empty((len(orbits), 2 * size), dtype=complex)
         for first in range(0, len(orbits), batch):
             part = slice(first, first + batch)
             loss = None if damping is None else damping[part]
-            result[part], intervals = self._propagate(
-                stiffness[part], loss, rates[part], intervals, half
-            )
+            maps, intervals = self._propagate(stiffness[part], loss, rates[part], intervals, half)
+            if signs is not None:
+                maps[:, -1] *= np.tile(signs, 2)[:, None]
+            result[part] = _product(maps)
+            eigenvalues[part] = np.linalg.eigvals(result[part])
+            for i in np.flatnonzero(np.abs(result[part]).max(axis=(1, 2)) > LARGE):
+                eigenvalues[first + i] = product_eigenvalues(maps[i])
         self._density[key] = intervals * float(rates.min())
-        if signs is not None:
-            result *= np.tile(signs, 2)[:, None]
-        return result
+        return result, eigenvalues
 
     def signs(self, support: Support) -> Array | None:
         """The signs of the half-period symmetry of orbits in a support, if they have it."""
@@ -148,14 +152,14 @@ class FloquetSolver:
     def _propagate(
         self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
     ) -> tuple[Array, int]:
-        """Monodromy matrices and the number of intervals that would have been just enough."""
+        """Maps (n, M, 2L, 2L) and the number of intervals that would have been just enough."""
         while True:
             maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
             # the last terms fall with the order of the series
             needed = intervals * (max(error, 1e-18) / self.truncation) ** (1.0 / TAYLOR_ORDER)
             wanted = int(np.clip(np.ceil(1.05 * needed), 3, MOST_INTERVALS))
             if needed <= intervals or intervals == MOST_INTERVALS:
-                return _product(maps), wanted
+                return maps, wanted
             intervals = wanted
 
     def _interval_maps(
@@ -221,8 +225,7 @@ class FloquetSolver:
         self, orbits: Array, rates: Array, period_multiple: int, support: Support
     ) -> Array:
         """All multipliers (n, 2L) over the whole period, largest modulus first."""
-        maps = self.monodromy(orbits, rates, period_multiple, support)
-        values = np.linalg.eigvals(maps).astype(complex)
+        _, values = self.monodromy(orbits, rates, period_multiple, support)
         return sort_multipliers(values if self.signs(support) is None else values**2)
 
 

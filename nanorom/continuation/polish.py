@@ -114,14 +114,14 @@ def _zero(
         if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
-        maps = floquet.monodromy(
+        _, eigenvalues = floquet.monodromy(
             np.stack([orbit.coefficients for orbit in orbits]),
             np.array([orbit.rate for orbit in orbits]),
             tracer.period_multiple,
             tracer.support,
         )
         slopes = [series.rate_slope(a) for a in points]
-        return [test(e, slope) for e, slope in zip(np.linalg.eigvals(maps), slopes)]
+        return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 
     step = 1e-3 * window
     a, (here, there) = around, critical([around, around + step])

@@ -12,11 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import block_diag, eye, kron
+from scipy.sparse.linalg import splu
 
 from nanorom.errors import ContinuationError
 
 from .balance import by_pair
 from .harmonics import differentiate, fourier_matrix
+from .product import product_eigenvalues
 from .system import Array, ScaledSystem
 from .trace import Orbit
 
@@ -28,16 +31,23 @@ STEP_ANGLE = 1.5  # of the fastest mode within a segment
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """What shooting says about an orbit: the largest gap between segments, and the monodromy
-    matrix.
+    """What shooting says about an orbit: the largest gap between segments, and their maps (M, 2L,
+    2L).
     """
 
     defect: float
-    monodromy: Array
+    maps: Array
+
+    @property
+    def monodromy(self) -> Array:
+        result = self.maps[0]
+        for step in self.maps[1:]:
+            result = step @ result
+        return np.asarray(result)
 
     @property
     def multipliers(self) -> Array:
-        return np.asarray(np.linalg.eigvals(self.monodromy).astype(complex))
+        return product_eigenvalues(self.maps)
 
 
 class TaylorStepper:
@@ -168,7 +178,7 @@ class Shooting:
             defects, maps, error = self._gaps(nodes, phases, duration, orbit.omega)
             if error < SMALL:
                 break
-        return Shot(float(np.abs(defects).max()), _chain(maps))
+        return Shot(float(np.abs(defects).max()), maps)
 
     def correct(
         self, orbit: Orbit, tolerance: float = 1e-12, iterations: int = 10
@@ -183,7 +193,7 @@ class Shooting:
             nodes = nodes + change
             if np.abs(change).max() < tolerance * max(np.abs(nodes).max(), 1e-9):
                 gaps, maps, _ = self._gaps(nodes, phases, duration, orbit.omega)
-                return nodes[0], Shot(float(np.abs(gaps).max()), _chain(maps))
+                return nodes[0], Shot(float(np.abs(gaps).max()), maps)
         raise ContinuationError("shooting does not converge to a periodic orbit")
 
     def _nodes(self, orbit: Orbit) -> tuple[Array, Array, float]:
@@ -222,23 +232,14 @@ class Shooting:
         return ends - np.roll(nodes, -1, axis=0), maps, error
 
 
-def _chain(maps: Array) -> Array:
-    result = maps[0]
-    for step in maps[1:]:
-        result = step @ result
-    return np.asarray(result)
-
-
 def _cyclic_solve(maps: Array, gaps: Array) -> Array:
     """Changes d_m of the nodes with maps_m d_m - d_(m+1) = -gaps_m, cyclic."""
-    size = gaps.shape[1]
-    matrix, vector = np.eye(size), np.zeros(size)
-    for step, gap in zip(maps, gaps):
-        matrix, vector = step @ matrix, step @ vector + gap
-    changes = [np.linalg.solve(np.eye(size) - matrix, vector)]
-    for step, gap in zip(maps[:-1], gaps[:-1]):
-        changes.append(step @ changes[-1] + gap)
-    return np.stack(changes)
+    count, size = gaps.shape
+    # not condensed to one segment: the product of all maps may be beyond round-off
+    matrix = block_diag(list(maps), format="csc") - kron(
+        eye(count, format="csc").tocsc()[:, np.arange(count) - 1], eye(size), format="csc"
+    )
+    return np.asarray(splu(matrix).solve(-gaps.ravel()).reshape(count, size))
 
 
 def _factorial(k: int) -> int:

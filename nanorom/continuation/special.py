@@ -113,10 +113,10 @@ class Detector:
         everything = self.places + [places[i] for i in fresh]
         positions = np.append(self.positions, positions[fresh])
         order = np.argsort(positions, kind="stable")
-        maps = self.path.maps([places[i] for i in fresh])
+        maps, eigenvalues = self.path.maps([places[i] for i in fresh])
         self.positions = positions[order]
         self.maps = np.concatenate([self.maps, maps])[order]
-        self.eigenvalues = np.concatenate([self.eigenvalues, np.linalg.eigvals(maps)])[order]
+        self.eigenvalues = np.concatenate([self.eigenvalues, eigenvalues])[order]
         self.places = [everything[i] for i in order]
         return True
 
@@ -242,7 +242,7 @@ class Detector:
         def value(a: float) -> float:
             nonlocal reference
             place = Place(step, a)
-            eigenvalues = np.linalg.eigvals(self.path.maps([place]))
+            eigenvalues = self.path.maps([place])[1]
             signs, logs = test_function(kind, eigenvalues, np.array([self.path.rate_slope(place)]))
             if reference is None:
                 reference = float(logs[0])
@@ -257,7 +257,7 @@ class Detector:
 
     def _classify(self, kind: str, place: Place, tolerance: float) -> Detected | None:
         """The type of a root, or nothing where the test function vanishes for another reason."""
-        eigenvalues = np.linalg.eigvals(self.path.maps([place]))[0]
+        eigenvalues = self.path.maps([place])[1][0]
         if kind == "flip":
             close = np.abs(eigenvalues + 1).min() < tolerance
             return Detected("BP" if self.path.symmetric else "PD", place) if close else None

@@ -16,7 +16,8 @@ from scipy.sparse.linalg import splu
 
 from nanorom.errors import ContinuationError
 
-from .shooting import Shooting, _chain
+from .product import product_eigenvalues
+from .shooting import Shooting
 from .system import Array, ScaledSystem
 from .trace import Orbit
 
@@ -32,17 +33,13 @@ NEGLIGIBLE = 1e-13  # harmonics below, relative to the largest, are left out
 @dataclass(eq=False)
 class Point:
     """States at the starts of the segments (M, 2L), drive frequency, and the direction in which the
-    branch goes on; monodromy (2L, 2L).
+    branch goes on; multipliers (2L,).
     """
 
     nodes: Array
     omega: float
     tangent: Array
-    monodromy: Array
-
-    @property
-    def multipliers(self) -> Array:
-        return np.asarray(np.linalg.eigvals(self.monodromy).astype(complex))
+    multipliers: Array
 
 
 class Takeover:
@@ -189,7 +186,9 @@ class Takeover:
                 self._iterations = iteration
                 tangent = factors.solve(right)
                 nodes, omega = self._split(unknowns)
-                return Point(nodes, omega, tangent / np.linalg.norm(tangent), _chain(maps))
+                return Point(
+                    nodes, omega, tangent / np.linalg.norm(tangent), product_eigenvalues(maps)
+                )
         raise ContinuationError("shooting does not converge along the branch")
 
     def _gaps(self, nodes: Array, omega: float) -> tuple[Array, Array, Array]:
@@ -291,8 +290,8 @@ class Takeover:
         folds = here.tangent[-1] * there.tangent[-1] < 0
         tests: dict[str, tuple[bool, Callable[[Point], float]]] = {
             "LP": (folds, lambda p: p.tangent[-1]),
-            "PD": (True, lambda p: _determinant(p.monodromy, -1.0)),
-            "BP": (not folds, lambda p: _determinant(p.monodromy, 1.0)),
+            "PD": (True, lambda p: _determinant(p.multipliers, -1.0)),
+            "BP": (not folds, lambda p: _determinant(p.multipliers, 1.0)),
         }
         for kind, (wanted, test) in tests.items():
             if wanted and test(here) * test(there) < 0:
@@ -343,16 +342,16 @@ class Takeover:
         ends = [self._unknowns(point.nodes, point.omega) for point in (first, second)]
         nodes, omega = self._split(ends[0] + weight * (ends[1] - ends[0]))
         maps = self._gaps(nodes, omega)[1]
-        return Point(nodes, omega, first.tangent, _chain(maps))
+        return Point(nodes, omega, first.tangent, product_eigenvalues(maps))
 
 
 def _beyond(limit: float) -> Callable[[Point], float]:
     return lambda point: point.omega - limit
 
 
-def _determinant(monodromy: Array, at: float) -> float:
+def _determinant(multipliers: Array, at: float) -> float:
     """Sign and size of det(M - at I), damped so that large multipliers do not hide its zero."""
-    values = np.linalg.eigvals(monodromy).astype(complex) - at
+    values = multipliers - at
     return float(np.prod(values / (1 + np.abs(values))).real)
 
 
