@@ -44,6 +44,7 @@ class HarmonicBalance:
         )
         self.pairs = np.triu_indices(size)
         self.cubic = by_pair(sub.cubic.transpose(1, 2, 3, 0))
+        self.loss_tensor = sub.loss  # [r, k, j, l], symmetric in j, l
         self.loss = by_pair(sub.loss.transpose(2, 3, 1, 0))
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
@@ -139,7 +140,7 @@ class HarmonicBalance:
         coupling = rate * basis.derivative_weight[:, :, None] * self.damping_t
         blocks[basis.derivative_row, harmonics] += coupling
         if self.has_loss:
-            w = rate * self._convolution(self.products(v) @ self.loss)
+            w = rate * self.friction(x)
             blocks[basis.derivative_row] += basis.derivative_weight[:, :, None, None] * w
         full = basis.shape[0] * size
         matrix = blocks.transpose(0, 2, 1, 3).reshape(full, full)
@@ -147,11 +148,14 @@ class HarmonicBalance:
             matrix = matrix[np.ix_(basis.unknowns, basis.unknowns)]
         return matrix
 
+    def friction(self, x: Array) -> Array:
+        """The operator velocity -> projection of W(q, q) velocity, indexed [j, i, l, r]."""
+        return self._convolution(self.products(self.basis.synthesis @ x) @ self.loss)
+
     def _loss_tangent(self, v: Array, x: Array, rate: float) -> Array:
         """Derivative of W(q, q) q' with respect to q, transposed and flattened."""
         z = rate * (self.basis.synthesis @ self.derivative(x))
-        tensor = self.system.restrict(self.basis.modes).loss  # [r, k, j, l], symmetric in j, l
-        mixed = np.einsum("nl,nk,rkjl->njr", v, z, tensor, optimize=True)
+        mixed = np.einsum("nl,nk,rkjl->njr", v, z, self.loss_tensor, optimize=True)
         return np.asarray(2.0 * mixed).reshape(len(v), -1)
 
     def factorise(self, x: Array, rate: float, border: Array) -> BorderedFactors:

@@ -26,6 +26,7 @@ from .threads import one_thread
 from .trace import Orbit, Settings, Tracer
 
 SAME_FREQUENCY = 1e-6
+MOST_STEPS_BACK = 10  # to a bifurcation from the first orbit found beside it
 
 
 @dataclass(eq=False)
@@ -275,8 +276,8 @@ class _Explorer:
         rates = (self.range[0] / self.settings.reach / p, self.range[1] * self.settings.reach / p)
         steps: list[Series] = []
         for series in bifurcation.tracer.follow(orbit, direction, rates):
-            if not steps:
-                bifurcation.begin(series)
+            if not steps and not bifurcation.begin(series):
+                steps = self._back(bifurcation, orbit, direction, rates)
             end = bifurcation.end(series)
             if end is not None:
                 series.length = end
@@ -287,6 +288,25 @@ class _Explorer:
                 break
         if steps:
             self._register(bifurcation.tracer, steps, node, node.generation + 1, bifurcation)
+
+    def _back(
+        self,
+        bifurcation: Bifurcation,
+        orbit: Orbit,
+        direction: Array,
+        rates: tuple[float, float],
+    ) -> list[Series]:
+        """Steps from the bifurcation to the first orbit, none if it is not reached."""
+        steps: list[Series] = []
+        for series in bifurcation.tracer.follow(orbit, -direction, rates):
+            end = bifurcation.end(series)
+            steps.append(series)
+            if end is not None:
+                series.length = end
+                return [step.reversed() for step in reversed(steps)]
+            if len(steps) == MOST_STEPS_BACK:
+                break
+        return []
 
     def _mark_end(self, end: Orbit) -> None:
         """The pitchfork at which a branch ends needs no branch of its own."""

@@ -83,10 +83,6 @@ def locus(
     """
     if parameter not in PARAMETERS:
         raise ContinuationError(f"parameter: {parameter!r}; choose one of {', '.join(PARAMETERS)}")
-    if system.cubic_damping.any():
-        raise ContinuationError(
-            "locus: nonlinear damping is not supported; leave cubic_damping out"
-        )
     start_level = {"direct": direct, "parametric": parametric, "both": 1.0}[parameter]
     if start_level == 0:
         raise ContinuationError(f"parameter: the level of {parameter!r} is zero at the point")
@@ -317,25 +313,32 @@ class _Curve:
             matrix = matrix[np.ix_(balance.chosen, balance.chosen)]
         shift = float(z[n + 2]) if self.kind == "NS" else 0.0
         if self.kind == "NS":
-            matrix = matrix + self._shifted(operator, rate, shift)
+            matrix = matrix + self._shifted(operator, x, rate, shift)
         v, w, g = self._null_vectors(matrix)
         left, right = self._spread(balance, w), self._spread(balance, v)
         gradient = np.zeros(len(z), dtype=complex)
         grid = self._second_derivative(operator, x, left, right)
+        if operator.has_loss:
+            grid = grid + self._loss_derivative(operator, x, rate, shift, left, right)
         packed = wide.pack(grid) if wide is balance.basis else grid.ravel()[balance.to_wide]
         gradient[:n] = -packed
         second, first = wide.second_weight * right, operator.derivative(right)
-        slope = 2 * rate * second + first @ operator.damping_t
-        if self.kind == "NS":
-            slope = slope + 2 * rate * (2j * shift * first - shift**2 * right)
-            slope = slope + 1j * shift * (right @ operator.damping_t)
+        # the rate multiplies d/dtheta, which for NS is d/dtheta + i shift
+        turned = first + 1j * shift * right
+        slope = 2 * rate * (second + 2j * shift * first - shift**2 * right)
+        slope = slope + turned @ operator.damping_t
         gradient[n] = -(left * slope).sum() / balance.factor
+        if operator.has_loss:
+            gradient[n] -= self._loss_term(operator, x, left, right, turned) / balance.factor
         gradient[n + 1] = -self._level_term(balance, operator, level, left, right)
         if self.kind != "NS":
             return np.array([g.real]), gradient.real[None]
         by_shift = rate**2 * (2j * first - 2 * shift * right)
         by_shift = by_shift + 1j * rate * (right @ operator.damping_t)
         gradient[n + 2] = -(left * by_shift).sum()
+        if operator.has_loss:
+            by_loss = self._loss_term(operator, x, left, 0 * right, right)
+            gradient[n + 2] -= 1j * rate * by_loss
         return np.array([g.real, g.imag]), np.stack([gradient.real, gradient.imag])
 
     def _null_vectors(self, matrix: Array) -> tuple[Array, Array, complex]:
@@ -395,7 +398,50 @@ class _Curve:
         matrices = operator.parametric.reshape(-1, size, size) / level
         return complex((np.matmul(r[:, None, :], matrices)[:, 0, :] * weights).sum())
 
-    def _shifted(self, operator: HarmonicBalance, rate: float, shift: float) -> Array:
+    def _loss_term(
+        self, operator: HarmonicBalance, x: Array, left: Array, right: Array, turned: Array
+    ) -> complex:
+        """w' d/drate of the part of the operator that is due to nonlinear damping, on v.
+
+        turned : the coefficients of dv/dtheta.
+        """
+        basis = operator.basis
+        q, z, r, s = (basis.synthesis @ c for c in (x, operator.derivative(x), right, turned))
+        weights = basis.analysis.T @ left
+        samples = 2 * self._loss(operator, r, q, z) + self._loss(operator, q, q, s)
+        return complex((samples * weights).sum())
+
+    def _loss_derivative(
+        self,
+        operator: HarmonicBalance,
+        x: Array,
+        rate: float,
+        shift: float,
+        left: Array,
+        right: Array,
+    ) -> Array:
+        """w' (d/dX of the operator's part due to nonlinear damping) v as a coefficient grid."""
+        basis, tensor = operator.basis, operator.loss_tensor
+        weights = basis.analysis.T @ left
+        q, z = basis.synthesis @ x, rate * (basis.synthesis @ operator.derivative(x))
+        r = basis.synthesis @ right
+        s = rate * (basis.synthesis @ (operator.derivative(right) + 1j * shift * right))
+        # of w (2 D(r, q) z + D(q, q) s), by q and by z
+        by_q = 2 * np.einsum("rkjl,nr,nj,nk->nl", tensor, weights, r, z, optimize=True)
+        by_q = by_q + 2 * np.einsum("rkjl,nr,nj,nk->nl", tensor, weights, q, s, optimize=True)
+        by_z = 2 * np.einsum("rkjl,nr,nj,nl->nk", tensor, weights, r, q, optimize=True)
+        through = basis.synthesis.T @ by_z
+        grid = np.zeros_like(through)
+        grid[basis.derivative_row] = basis.derivative_weight * through
+        return np.asarray(basis.synthesis.T @ by_q + rate * grid)
+
+    def _loss(self, operator: HarmonicBalance, a: Array, b: Array, velocity: Array) -> Array:
+        """Samples of sum loss[r, k, j, l] a_j b_l velocity_k."""
+        return np.asarray(
+            np.einsum("rkjl,nj,nl,nk->nr", operator.loss_tensor, a, b, velocity, optimize=True)
+        )
+
+    def _shifted(self, operator: HarmonicBalance, x: Array, rate: float, shift: float) -> Array:
         """What a factor exp(i shift theta) adds to the operator on the full grid."""
         basis, size = operator.basis, operator.size
         rows = len(basis.rows)
@@ -404,4 +450,8 @@ class _Curve:
         eye = np.eye(size)
         added = 2j * shift * rate**2 * np.kron(turn, eye)
         added = added - (shift * rate) ** 2 * np.eye(rows * size)
-        return added + 1j * shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
+        added = added + 1j * shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
+        if not operator.has_loss:
+            return added
+        friction = operator.friction(x).transpose(1, 3, 0, 2).reshape(rows * size, rows * size)
+        return added + 1j * shift * rate * friction

@@ -100,6 +100,19 @@ class Series:
         direction = self.derivative(a)
         return np.asarray(direction / np.linalg.norm(direction))
 
+    def reversed(self) -> Series:
+        """The same step the other way round."""
+        signs = (-1.0) ** self.powers
+        return Series(
+            self.balance,
+            signs[:, None] * self.coefficients,
+            signs * self.rates,
+            signs[: len(self.denominator)] * self.denominator,
+            length=-self.start,
+            taylor=self.taylor,
+            start=-self.length,
+        )
+
     def crossings(self, rate: float) -> list[float]:
         """Where the branch passes a rate, in (0, length]."""
         shifted = self.rates.copy()

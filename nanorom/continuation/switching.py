@@ -11,7 +11,7 @@ import numpy as np
 from nanorom.errors import ContinuationError
 
 from .balance import HarmonicBalance, NewtonFailure
-from .harmonics import Support, basis_for, close_support, full_support, stretch
+from .harmonics import Support, basis_for, close_support, full_support, resize, stretch
 from .path import same_orbit
 from .rational import real_roots
 from .series import Series
@@ -59,6 +59,7 @@ def _at_level(tracer: Tracer, level: float) -> Tracer:
     return Tracer(system, tracer.support, tracer.period_multiple, tracer.settings)
 
 
+NEAR = 3.0  # times the distance in the critical direction: farther away is another place
 IMAGES = 1e-3  # of the change of frequency, which both halves of a pitchfork have in common
 END_EXTENT = 3e-3  # of the largest deviation from the parent's support
 
@@ -159,7 +160,13 @@ class Bifurcation:
             for part in (direction, orbit.coefficients)
         ]
         off = abs(float(packed[0] @ packed[1]) - distance) > 1e-3 * distance
-        return None if off or abs(orbit.rate / self.orbit.rate - 1) > 0.1 else orbit
+        # the same distance in this direction may be had elsewhere, far along this or another branch
+        harmonics = (len(orbit.coefficients) - 1) // 2
+        moved = float(
+            np.linalg.norm(orbit.coefficients - resize(self.orbit.coefficients, harmonics))
+        )
+        moved = max(moved, abs(orbit.rate - self.orbit.rate))
+        return None if off or moved > NEAR * distance else orbit
 
     def _border(self, balance: HarmonicBalance) -> Array:
         direction = balance.basis.pack(balance.basis.compress(self.direction))
@@ -173,12 +180,13 @@ class Bifurcation:
             mask = mask[basis.unknowns]
         return np.asarray(series.coefficients[:, mask])
 
-    def begin(self, series: Series) -> None:
-        """Extend the first step back to the bifurcation."""
+    def begin(self, series: Series) -> bool:
+        """Extend the first step back to the bifurcation, if it reaches so far."""
         outside = self.outside(series)
         back = real_roots_low(outside @ outside[0], series.length)
         if back is not None:
             series.start = back
+        return back is not None
 
     def end(self, series: Series) -> float | None:
         """Where the branch returns to the parent's support within the step, if it does."""

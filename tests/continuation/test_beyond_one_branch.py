@@ -161,6 +161,34 @@ def test_locus_meets_the_diagrams_of_other_levels(kind) -> None:
     assert min(abs(p.omega - curve.omega[index]) for p in other.points(kind)) < CURVE
 
 
+@pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
+def test_locus_of_a_system_with_nonlinear_damping_meets_other_diagrams(kind) -> None:
+    random, frequencies = np.random.default_rng(5), np.array([1.0, 1.35, 2.3])
+    vectors = random.standard_normal((6, 3)) / np.sqrt(3)
+    cubic = np.einsum("mi,mj,mk,ml->ijkl", vectors, vectors, vectors, vectors)
+    cubic /= cubic[0, 0, 0, 0]
+    others, stiffness = random.standard_normal((2, 3, 3))
+    stiffness = (stiffness + stiffness.T) / 2
+    stiffness[0, 0] = 1.0
+    system = ModalSystem(
+        damping=frequencies / 60,
+        stiffness=frequencies**2,
+        quadratic=0.2 / 3 * np.einsum("mi,mj,mk->ijk", others, others, others),
+        cubic=cubic,
+        direct=np.append(1.0, random.standard_normal(3)[1:]),
+        parametric=stiffness,
+        cubic_damping=0.1 * cubic + 0.02 * random.standard_normal((3,) * 4),
+    )
+    levels, omega = np.array([0.1, 0.25]), (0.9, 2.9)
+    start = explore(system, omega, *levels, depth=0).points(kind)[-1]
+    curve = locus(system, start, *levels, omega=omega, level=(0.5, 2.0), parameter="both", steps=6)
+    index = len(curve.omega) // 3
+    assert abs(curve.level[index] - 1) > 0.01
+    other = explore(system, omega, *(curve.level[index] * levels), depth=0)
+    apart = [abs(p.omega - curve.omega[index]) for p in other.points(kind)]
+    assert min(apart) < CURVE
+
+
 def test_branch_out_of_reach_is_found_from_an_orbit_on_it() -> None:
     """A range inside the bistable region cuts the loop; its middle piece meets neither end's
     start.

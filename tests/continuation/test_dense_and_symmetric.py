@@ -144,3 +144,37 @@ def test_both_halves_of_a_branch_that_crosses_its_parent_are_followed() -> None:
     for branch in (small, large):
         assert branch.ending == "bifurcation"
         np.testing.assert_allclose(sorted(branch.omega[[0, -1]]), ends, rtol=1e-4)
+
+
+def two_to_one(seed: int) -> ModalSystem:
+    """Near a 2:1 resonance, with a potential that neither hardens nor softens throughout."""
+    random, frequencies = np.random.default_rng([977, seed]), np.array([1.0, 2.01])
+    vectors = random.laplace(size=(6, 2)) / np.sqrt(6)
+    signs = np.where(random.random(6) < 0.7, 1.0, -1.0)
+    cubic = np.einsum("m,mi,mj,mk,ml->ijkl", signs, *[vectors] * 4)
+    for i in range(2):
+        cubic[i, i, i, i] = abs(cubic[i, i, i, i]) * (1 if random.random() < 0.7 else -1) + 0.05
+    others = random.laplace(size=(4, 2)) / 2
+    stiffness = random.uniform(-1, 1, (2, 2))
+    stiffness = (stiffness + stiffness.T) / 2
+    stiffness[0, 0] = 1.0
+    force = random.uniform(-1, 1, 2)
+    force[0] = 1.0
+    return ModalSystem(
+        damping=frequencies / (80 * random.uniform(0.5, 1.5, 2)),
+        stiffness=frequencies**2,
+        quadratic=0.4 * np.einsum("mi,mj,mk->ijk", *[others] * 3),
+        cubic=cubic / abs(cubic[0, 0, 0, 0]),
+        direct=force,
+        parametric=stiffness,
+    )
+
+
+def test_doubled_branches_go_all_the_way_from_one_period_doubling_to_the_other() -> None:
+    """Each once: Newton's method from beside a bifurcation may end elsewhere on a branch."""
+    diagram = explore(two_to_one(11), (0.8, 2.4), direct=0.015, parametric=0.01)
+    flips = [p.omega for p in diagram.points("PD") if p.period_multiple == 1]
+    doubled = [b for b in diagram.branches if b.period_multiple == 2]
+    assert len(flips) == 6 and len(doubled) == 3
+    ends = np.sort([b.omega[[0, -1]] for b in doubled], axis=None)
+    np.testing.assert_allclose(ends, np.sort(flips), atol=1e-5)
