@@ -114,19 +114,25 @@ class Series:
         )
 
     def crossings(self, rate: float) -> list[float]:
-        """Where the branch passes a rate, in (0, length]."""
+        """Where the branch passes a rate within the step."""
         shifted = self.rates.copy()
         shifted[: len(self.denominator)] -= rate * self.denominator
-        return real_roots(shifted, self.length)
+        return _roots_between(shifted, self.start, self.length)
 
     def folds(self, low: float, high: float) -> list[float]:
-        """Where the rate turns back, in (low, high] with low <= 0 <= high."""
+        """Where the rate turns back, in [low, high] with low <= 0 <= high."""
         slope = self.powers[1:] * self.rates[1:]
         if len(self.bend):
             slope = np.convolve(slope, self.denominator) - np.convolve(self.rates, self.bend)
-        mirrored = slope * (-1.0) ** np.arange(len(slope))
-        falling = [-root for root in real_roots(mirrored, -low)] if low < 0 else []
-        return falling[::-1] + ([0.0] if slope[0] == 0 else []) + real_roots(slope, high)
+        return _roots_between(slope, low, high)
+
+
+def _roots_between(polynomial: Array, low: float, high: float) -> list[float]:
+    """Real roots in [low, high] with low <= 0 <= high; of 0 itself only an exact one."""
+    mirrored = polynomial * (-1.0) ** np.arange(len(polynomial))
+    below = [-root for root in real_roots(mirrored, -low)] if low < 0 else []
+    above = real_roots(polynomial, high) if high > 0 else []
+    return below[::-1] + ([0.0] if polynomial[0] == 0 else []) + above
 
 
 class SeriesExpansion:

@@ -18,7 +18,7 @@ from nanorom.continuation.harmonics import (
     full_support,
 )
 from nanorom.continuation.rational import denominator, multiplied, reach, real_roots
-from nanorom.continuation.series import SeriesExpansion
+from nanorom.continuation.series import Series, SeriesExpansion
 from nanorom.continuation.shooting import Shooting
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.trace import Orbit, Settings, Tracer
@@ -242,3 +242,22 @@ def test_roots_of_a_polynomial_within_a_step() -> None:
     found = real_roots(np.poly(roots)[::-1], 2.0)
     np.testing.assert_allclose(found, roots[1:4], rtol=1e-6)
     assert real_roots(np.poly([-1.0, 3.0, 0.5 + 0.2j, 0.5 - 0.2j])[::-1].real, 2.0) == []
+
+
+def test_step_the_other_way_round_is_the_same_step(system) -> None:
+    scaled = system.scaled(0.1, 0.2)
+    _, orbit, balance = _orbit(scaled, full_support(scaled, 1), 1)
+    x = balance.basis.compress(orbit.coefficients)
+    border = np.append(np.zeros(balance.basis.size), 1.0)
+    terms = SeriesExpansion(balance).expand(x, orbit.rate, balance.factorise(x, orbit.rate, border))
+    step = Series.from_terms(balance, *terms, 1e-9)
+    back = step.reversed()
+    assert (back.start, back.length) == (-step.length, 0.0)
+    for a in (0.0, 0.3 * step.length, step.length):
+        (here, rate), (there, other) = step.at(a), back.at(-a)
+        np.testing.assert_allclose(here, there, atol=ROUND_OFF)
+        assert rate == pytest.approx(other, rel=ROUND_OFF)
+        assert step.rate_slope(a) == pytest.approx(-back.rate_slope(-a), rel=ROUND_OFF)
+    middle = step.rate(0.4 * step.length)
+    assert step.crossings(middle) == pytest.approx([0.4 * step.length])
+    assert back.crossings(middle) == pytest.approx([-0.4 * step.length])
