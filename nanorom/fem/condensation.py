@@ -26,6 +26,8 @@ from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity, product_parity
 
+FACTORS_COST = 6.0  # of factors, in pairs whose products take as long (measured on fine meshes)
+
 
 def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, InPlane]:
     """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l. Collective.
@@ -65,7 +67,9 @@ def stretching_products(
     def work(own: Sequence[Parity]) -> dict[Parity, ClassProducts]:
         return _class_products(plate, shapes, {p: pairs[p] for p in own}, in_plane)
 
-    found = groups.shared(plate.domain.across, list(pairs), work)
+    found = groups.shared(
+        plate.domain.across, list(pairs), work, lambda parity: FACTORS_COST + len(pairs[parity])
+    )
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
         _unpack(plate.mirrors.copies * found[parity].energy, members, products)

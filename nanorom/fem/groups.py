@@ -45,14 +45,16 @@ def shared(
     across: MPI.Comm,
     items: Sequence[Item],
     work: Callable[[Sequence[Item]], dict[Item, Result]],
+    cost: Callable[[Item], float] = lambda _: 1.0,
 ) -> dict[Item, Result]:
     """Results of all items, each of which one group works on. Collective.
 
     ``work`` gives the results of some of the items; what it raises in one group is raised in all.
+    ``cost`` tells how long an item takes beside the others.
     """
     if across.size == 1:
         return work(items)
-    own = items[across.rank :: across.size]
+    own = dealt(items, across.size, cost)[across.rank]
     found: dict[Item, Result] = {}
     error = None
     try:
@@ -65,6 +67,19 @@ def shared(
             raise raised_there
         everything |= part
     return {item: everything[item] for item in items}
+
+
+def dealt(
+    items: Sequence[Item], shares: int, cost: Callable[[Item], float]
+) -> list[list[Item]]:
+    """Items in shares of about equal cost: the dearest first, each to who has least so far."""
+    found: list[list[Item]] = [[] for _ in range(shares)]
+    total = [0.0] * shares
+    for item in sorted(items, key=cost, reverse=True):
+        least = total.index(min(total))
+        found[least].append(item)
+        total[least] += cost(item)
+    return found
 
 
 def check_alike(across: MPI.Comm, array: np.ndarray) -> None:

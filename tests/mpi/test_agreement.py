@@ -6,7 +6,7 @@ import pytest
 from mpi4py import MPI
 
 from nanorom.errors import NanoromError
-from nanorom.fem import partition, reduce_scene
+from nanorom.fem import groups, partition, reduce_scene
 from nanorom.fem.discretisation import MESHES
 from nanorom.rom import ReducedModel
 from nanorom.scene import Accuracy, Load, MeshFile, Reduction, String
@@ -55,10 +55,15 @@ def test_cells_are_dealt_out_by_place_with_those_across_a_facet():
     assert [(ranks[0], set(ranks[1:])) for ranks in found] == [(0, {1}), (1, {0, 2}), (2, {1})]
 
 
+def test_groups_get_shares_of_equal_cost():
+    cost = {"a": 10.0, "b": 6.0, "c": 6.0, "d": 1.0}
+    assert groups.dealt(list("dcba"), 2, cost.__getitem__) == [["a", "d"], ["c", "b"]]
+
+
 def test_ranks_are_dealt_out_evenly():
-    for groups in (0, SIZE + 1):
+    for count in (0, SIZE + 1):
         with pytest.raises(NanoromError, match="--groups: found"):
-            reduce_scene(SCENES["paper"], groups=groups)
+            reduce_scene(SCENES["paper"], groups=count)
 
 
 def assert_same(model, other):

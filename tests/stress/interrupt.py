@@ -150,8 +150,8 @@ def interrupted(
     return Trial(task.name, way, at, whole, kept, again, found)
 
 
-def disturb(task: Task, way: str, at: float, directory: Path) -> None:
-    """Start a run and end it after some seconds."""
+def disturb(task: Task, way: str, at: float, directory: Path) -> int:
+    """Start a run and end it after some seconds; returns its status."""
     process = task.start(directory)
     try:
         process.wait(at)
@@ -159,6 +159,7 @@ def disturb(task: Task, way: str, at: float, directory: Path) -> None:
         end(process, way)
     _, errors = process.communicate(timeout=LONGEST)
     assert "Traceback" not in errors, errors
+    return process.returncode
 
 
 def end(process: subprocess.Popen[str], way: str) -> None:

@@ -15,6 +15,8 @@ from tests.stress import interrupt
 
 FLAT = interrupt.step("flat", 5, 4, "1 um")
 LOADED = interrupt.step("loaded", 4, 4, "2 um", interrupt.PRESSURE)
+TWO_RANKS = interrupt.step("two ranks", 5, 4, "1 um", ranks=2)
+SOON = 120  # seconds within which a run that lost a rank has ended
 
 
 @pytest.mark.parametrize(
@@ -74,4 +76,21 @@ def test_a_campaign_killed_again_and_again_ends_with_the_same_result(tmp_path):
         interrupt.left_by(FLAT, broken)
     FLAT.finish(broken)
     assert interrupt.difference(broken / "rom.h5", whole / "rom.h5") == 0.0
+    assert sorted(os.listdir(broken)) == ["film.toml", "rom.h5"]
+
+
+@pytest.mark.mpi
+def test_a_rank_that_dies_ends_the_run_and_the_next_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(interrupt, "LONGEST", SOON)
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    whole.mkdir()
+    broken.mkdir()
+    at, status = 0.6 * TWO_RANKS.finish(whole), 0
+    while status == 0:  # it may have been faster the second time, and done
+        (broken / "rom.h5").unlink(missing_ok=True)
+        status = interrupt.disturb(TWO_RANKS, "rank killed", at, broken)
+        at *= 0.7
+    interrupt.left_by(TWO_RANKS, broken)
+    TWO_RANKS.finish(broken)
+    assert interrupt.difference(broken / "rom.h5", whole / "rom.h5") < interrupt.ROUND_OFF
     assert sorted(os.listdir(broken)) == ["film.toml", "rom.h5"]
