@@ -22,7 +22,7 @@ from nanorom.workflow import reduce
 
 COMM = MPI.COMM_WORLD
 DEGREE = 4  # least time and memory for an error of 1e-8 and below: 6 takes more per unknown
-QUARTER = 0.73  # unknowns per squared radius over mesh size, per square of the degree
+QUARTER = 0.63  # unknowns per squared radius over mesh size, per square of the degree
 SIZES = (1e4, 3e4, 1e5, 3e5, 1e6)
 MOST_ITERATED = 1e5  # beyond it multigrid takes more than half an hour
 LIBRARIES = 0.17  # GB of a rank that has loaded Python, PETSc and the rest and solved nothing

@@ -79,7 +79,7 @@ def reduce_shell(
             shellstep.plateau(cases, h) if stated is None else (stated / scales.length, np.nan)
         )
         result = shellstep.step(
-            cases, amplitude, lambda i, n: watch.tell("load cases", i, n)
+            cases, amplitude, lambda i, n: watch.tell("load cases", i, n), stated is None
         )
         check_potential(result)
         missed = shellstep.truncation(cases, result, h)

@@ -15,19 +15,52 @@ from nanorom.fem.shellcases import ShellCases
 from nanorom.fem.step import Case, StepResult, coefficients, is_mirrored, load_cases, symmetric
 
 BATCH = 64  # load cases solved together
-HALVINGS = 9  # of the amplitude, from the thickness down
+HALVINGS = 7  # of the amplitude, from the thickness down
+Coefficients = tuple[np.ndarray, np.ndarray]  # quadratic, cubic
 
 
 def step(
-    cases: ShellCases, amplitude: float, progress: Callable[[int, int], None] | None = None
+    cases: ShellCases,
+    amplitude: float,
+    progress: Callable[[int, int], None] | None = None,
+    extrapolated: bool = False,
 ) -> StepResult:
     """Quadratic and cubic coefficients by STEP. Collective.
 
-    ``amplitude`` of every prescribed mode, in the shell's unit of length.
+    ``amplitude`` of every prescribed mode, in the shell's unit of length; ``extrapolated`` from it
+    and its half to nothing.
     """
     n = len(cases.linear)
     every = list(load_cases(n))
     solved = [case for case in every if not (cases.odd and is_mirrored(case))]
+    amplitudes = (amplitude, amplitude / 2) if extrapolated else (amplitude,)
+    found, total = [], len(amplitudes) * len(solved)
+    for number, each in enumerate(amplitudes):
+
+        def told(done: int, _: int, before: int = number * len(solved)) -> None:
+            if progress is not None:
+                progress(before + done, total)
+
+        found.append(coefficients(_forces(cases, every, solved, each, told), n, each))
+    quadratic, cubic = _to_nothing(*found) if extrapolated else found[0]
+    return symmetric(quadratic, cubic, amplitude, total, InPlane())
+
+
+def _to_nothing(whole: Coefficients, half: Coefficients) -> Coefficients:
+    """Richardson's value at no amplitude: what truncation adds is even in the amplitude."""
+    quadratic, cubic = ((4 * b - a) / 3 for a, b in zip(whole, half))
+    return quadratic, cubic
+
+
+def _forces(
+    cases: ShellCases,
+    every: list[Case],
+    solved: list[Case],
+    amplitude: float,
+    progress: Callable[[int, int], None],
+) -> dict[Case, np.ndarray]:
+    """Modal force of every load case, of which some are solved. Collective."""
+    n = len(cases.linear)
     forces: dict[Case, np.ndarray] = {}
     for first in range(0, len(solved), BATCH):
         batch = solved[first : first + BATCH]
@@ -36,35 +69,34 @@ def step(
             for mode, sign in case:
                 q[mode, column] = sign * amplitude
         forces |= zip(batch, cases.nonlinear_force(q).T)
-        if progress is not None:
-            progress(len(forces), len(solved))
+        progress(len(forces), len(solved))
     for case in every:
         if case not in forces:
             forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
-    quadratic, cubic = coefficients(forces, n, amplitude)
-    return symmetric(quadratic, cubic, amplitude, len(solved), InPlane())
+    return forces
 
 
 def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
-    """The amplitude at which STEP's coefficients depend least on it, and by how much. Collective.
+    """The amplitude at which extrapolated coefficients depend least on it, and by how much.
 
-    Halved from the thickness down, truncation falls as its square while round-off rises; what the
-    next halving changes in the coefficients of single modes, relative to the largest, tells.
+    Halved from the thickness down, truncation falls as its fourth power while round-off rises;
+    what the next halving changes in the coefficients of single modes, relative to the largest,
+    tells.  Collective.
     """
     amplitudes = thickness / 2.0 ** np.arange(HALVINGS)
-    found, changes = _single(cases, amplitudes[0]), []
-    for amplitude in amplitudes[1:]:
-        finer = _single(cases, amplitude)
+    single = [_single(cases, amplitude) for amplitude in amplitudes]
+    values = [_to_nothing(*pair) for pair in zip(single, single[1:])]
+    changes = []
+    for found, finer in zip(values, values[1:]):
         sizes = [np.abs(each).max() for each in finer]
         scale = max(sizes[1], sizes[0] / thickness)
         quadratic, cubic = (np.abs(a - b).max() for a, b in zip(found, finer))
         changes.append(max(cubic, quadratic / thickness) / scale)
-        found = finer
     best = int(np.argmin(changes))
     return float(amplitudes[best + 1]), float(changes[best])
 
 
-def _single(cases: ShellCases, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
+def _single(cases: ShellCases, amplitude: float) -> Coefficients:
     """Force coefficients (L, L) of q_j^2 and of q_j^3, one mode at a time."""
     q = amplitude * np.eye(len(cases.linear))
     up = cases.nonlinear_force(q)
