@@ -25,6 +25,7 @@ from nanorom.scene import (
 RADIUS, MODULUS, NU = 2e-6, 200e9, 0.25
 POTENTIAL = 1e-6  # asymmetry of the tensors
 PLATEAU = 1e-6  # change of the coefficients when the amplitude is halved
+FLAT_PLATEAU = 1e-8  # the same of a flat film, extrapolated; without that 5e-8
 SHALLOW = 0.01  # a cap of height R/20 against Marguerre's: squares of its slope, 0.1
 SPHERE = 2e-3  # a cap of a sphere against a paraboloid of this height
 
@@ -52,11 +53,11 @@ def test_flat_shell_tends_to_the_plate_and_tells_the_difference(tmp_path):
     )
     assert np.all(told[1] < 5e-3)
     assert np.log2(told[0, 0] / told[1, 0]) == pytest.approx(2.0, abs=0.3)  # shear: (h/R)^2
-    for model in (thick, thin):
+    for model, h in ((thick, 80e-9), (thin, 40e-9)):
         assert model.asymmetry < POTENTIAL
-        assert model.diagnostics["plateau"] < PLATEAU
-        # the plateau lies far below the thickness, where a polynomial misses what is told
-        assert model.diagnostics["amplitude"] < 0.1 * 40e-9
+        assert model.diagnostics["plateau"] < FLAT_PLATEAU
+        # the plateau lies below the thickness, where a polynomial misses what is told
+        assert model.diagnostics["amplitude"] < 0.5 * h
         assert 1e-5 < model.diagnostics["truncation"] < 1e-2
         assert np.abs(model.quadratic).max() == 0.0
     thin.save(tmp_path / "rom.h5")
