@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,9 +51,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     path = Path(path)
     check_writable(path)
-    for left in path.parent.glob(_temporary(escape(path.stem), "*", escape(path.suffix))):
-        if not _is_alive(left):  # its run was killed
-            left.unlink(missing_ok=True)
+    clear_temporary(path)
     temporary = path.with_name(_temporary(path.stem, str(os.getpid()), path.suffix))
     try:
         yield temporary
@@ -66,18 +65,25 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def clear_temporary(path: Path) -> None:
+    """Remove what runs that were killed left while they wrote a file."""
+    for left in path.parent.glob(_temporary(escape(path.stem), "*", escape(path.suffix))):
+        if not _is_alive(left):
+            left.unlink(missing_ok=True)
+
+
 def _temporary(stem: str, process: str, suffix: str) -> str:
     return f".{stem}.{platform.node()}-{process}.part{suffix}"
 
 
 def _is_alive(temporary: Path) -> bool:
     """Whether the process of this machine that a temporary file belongs to still runs."""
-    process = temporary.name.rpartition(".part")[0].rpartition("-")[2]
+    process = re.findall(r"-(\d+)\.part", temporary.name)
     try:
-        os.kill(int(process), 0)
+        os.kill(int(process[-1]), 0)
     except ProcessLookupError:
         return False
-    except (ValueError, OSError):
+    except (IndexError, OSError, OverflowError):
         pass
     return True
 

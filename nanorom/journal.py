@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from nanorom import hdf5
 from nanorom.errors import FileError
-from nanorom.files import make_directory
+from nanorom.files import clear_temporary, make_directory
 
 FORMAT = "nanorom-partial"
 FORMAT_VERSION = 1
@@ -102,5 +102,6 @@ class Journal:
 def finished(output: str | Path) -> None:
     """Remove the parts of an output that has been written."""
     path = partial(output)
+    clear_temporary(path)
     if path.is_file() and hdf5.kind_of(path) == FORMAT:
         path.unlink(missing_ok=True)

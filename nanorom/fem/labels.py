@@ -18,6 +18,7 @@ from nanorom.fem.symmetry import Parity, is_symmetric
 from nanorom.scene import Disc, Rectangle, Scene
 
 MIXED = 0.9  # a second component at least so large makes a name of two
+PURE = 0.99  # of a shape's square in one harmonic: less is a mixture
 RADIAL_GRID = 501  # points of a tabulated Bessel function: enough to tell modes apart
 
 
@@ -65,12 +66,24 @@ def name_drum(modes: Modes, symmetric: bool, isotropic: bool) -> tuple[Modes, li
         pair = np.flatnonzero(nearest == i)
         middle = 0.0 if symmetric or len(pair) != 2 else lean[pair].mean()
         keys.append((p, m, "" if p == 0 else "s" if lean[n] > middle else "c"))
+    if isotropic and symmetric:
+        modes = attrs.evolve(modes, diameters=_diameters(content, candidates))
     if isotropic or not symmetric:
         like = [(*key[:2], split) for key, split in zip(keys, splits)]
         pairs = [np.array([n for n, other in enumerate(like) if other == one]) for one in like]
         modes, keys = _sorted(modes, pairs, keys)
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
+
+
+def _diameters(content: np.ndarray, candidates: list[tuple[int, int]]) -> np.ndarray | None:
+    """Nodal diameters (n,) of modes that are one harmonic each; None if one seems to be mixed."""
+    orders = np.array([p for p, _ in candidates])
+    shares = np.column_stack(
+        [np.sum(np.abs(content[:, orders == p]) ** 2, axis=1) for p in range(orders.max() + 1)]
+    )
+    pure = shares.max(axis=1) > PURE * shares.sum(axis=1)
+    return shares.argmax(axis=1) if pure.all() else None
 
 
 def _drum_modes(count: int) -> list[tuple[int, int]]:

@@ -36,7 +36,8 @@ class Modes:
     eigenvalues: (n,) squared frequencies in the plate's units; shapes: (local dofs, n), of unit
     modal mass on the meshed part when solved for; parities: n classes of symmetry; stiffness:
     assembled on all degrees of freedom, by class; mass: assembled on all degrees of freedom;
-    force: what the stiffness does, to more digits.
+    force: what the stiffness does, to more digits; diameters: (n,) nodal ones, where the film is a
+    body of revolution.
     """
 
     plate: Plate
@@ -46,6 +47,7 @@ class Modes:
     stiffness: Mapping[Parity, PETSc.Mat]
     mass: PETSc.Mat
     force: LinearForce
+    diameters: np.ndarray | None = None
 
     @property
     def n_owned(self) -> int:
@@ -81,6 +83,7 @@ class Modes:
             eigenvalues=self.eigenvalues[index],
             shapes=np.ascontiguousarray(self.shapes[:, index]),
             parities=[self.parities[i] for i in index],
+            diameters=None if self.diameters is None else self.diameters[index],
         )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.fem import discretisation
 from nanorom.fem.discretisation import Discretisation
 from nanorom.fem.scales import Scales
-from nanorom.fem.symmetry import Mirrors
+from nanorom.fem.symmetry import Mirrors, is_of_revolution
 from nanorom.scene import Disc, MeshFile, Scene
 
 SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
@@ -97,16 +97,24 @@ class Plan:
             Item("quadratic tensor", False, "a flat film without load does not tell its sides")
             if scene.flat
             else Item("quadratic tensor", True, ""),
-            Item(
-                f"cubic tensor by {self.route}: {cases} static solutions", True,
-                "" if cases == all_cases
-                else f"of {all_cases}: of two opposite load cases one is solved",
+            Item(f"cubic tensor by {self.route}: {cases} static solutions", True, "")
+            if cases == all_cases
+            else Item(
+                f"cubic tensor by {self.route}: at most {cases} static solutions", True,
+                f"of {all_cases}: of load cases that are mirror images one is solved",
             ),
             Item(
                 f"{n**4 - comb(n + 3, 4)} of {n**4} cubic entries", False,
                 "they follow from the others: the force has a potential",
             ),
         ]
+        if is_of_revolution(scene):
+            found.append(
+                Item(
+                    "entries whose nodal diameters cannot add up to 0", False,
+                    "they are zero on a body of revolution",
+                )
+            )
         if scene.reduction.in_plane == "fixed":
             found.append(Item("in-plane equilibrium", False, "reduction.in_plane is fixed"))
         return found

@@ -28,6 +28,7 @@ from nanorom.fem import (
     loaded,
     patterns,
     quadrature,
+    selection,
     shapefile,
     shellreduce,
     state,
@@ -272,6 +273,8 @@ def solve(
             stretching, quadratic, cubic, in_plane, diagnostics = loaded_tensors(
                 scene, scales, units, modes, watch, journal
             )
+        quadratic = quadratic * selection.permitted(modes, 3)
+        cubic = cubic * selection.permitted(modes, 4)
     with watch.stage("errors"):
         if static.deflection is not None:
             diagnostics["error_state"] = accuracy.of_state(plate, static.deflection, stiffening)

@@ -11,8 +11,9 @@ from collections.abc import Callable
 import numpy as np
 
 from nanorom.fem.inplane import InPlane
+from nanorom.fem.selection import Case, images, solved_for
 from nanorom.fem.shellcases import ShellCases
-from nanorom.fem.step import Case, StepResult, coefficients, is_mirrored, load_cases, symmetric
+from nanorom.fem.step import StepResult, coefficients, load_cases, symmetric
 
 BATCH = 64  # load cases solved together
 HALVINGS = 7  # of the amplitude, from the thickness down
@@ -31,8 +32,8 @@ def step(
     and its half to nothing.
     """
     n = len(cases.linear)
-    every = list(load_cases(n))
-    solved = [case for case in every if not (cases.odd and is_mirrored(case))]
+    sources = solved_for(load_cases(n), images([()] * n, cases.odd))
+    solved = [case for case, (source, _) in sources.items() if source == case]
     amplitudes = (amplitude, amplitude / 2) if extrapolated else (amplitude,)
     found, total = [], len(amplitudes) * len(solved)
     for number, each in enumerate(amplitudes):
@@ -41,7 +42,9 @@ def step(
             if progress is not None:
                 progress(before + done, total)
 
-        found.append(coefficients(_forces(cases, every, solved, each, told), n, each))
+        own = _forces(cases, solved, each, told)
+        forces = {case: signs * own[source] for case, (source, signs) in sources.items()}
+        found.append(coefficients(forces, n, each))
     quadratic, cubic = _to_nothing(*found) if extrapolated else found[0]
     return symmetric(quadratic, cubic, amplitude, total, InPlane())
 
@@ -54,12 +57,11 @@ def _to_nothing(whole: Coefficients, half: Coefficients) -> Coefficients:
 
 def _forces(
     cases: ShellCases,
-    every: list[Case],
     solved: list[Case],
     amplitude: float,
     progress: Callable[[int, int], None],
 ) -> dict[Case, np.ndarray]:
-    """Modal force of every load case, of which some are solved. Collective."""
+    """Modal force of the load cases that are solved. Collective."""
     n = len(cases.linear)
     forces: dict[Case, np.ndarray] = {}
     for first in range(0, len(solved), BATCH):
@@ -70,9 +72,6 @@ def _forces(
                 q[mode, column] = sign * amplitude
         forces |= zip(batch, cases.nonlinear_force(q).T)
         progress(len(forces), len(solved))
-    for case in every:
-        if case not in forces:
-            forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
     return forces
 
 

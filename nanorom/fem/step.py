@@ -21,15 +21,14 @@ import ufl
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat, groups, inplane, membrane
+from nanorom.fem import algebra, compat, groups, inplane, membrane, selection
 from nanorom.fem.cases import FlatCases
 from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
+from nanorom.fem.selection import Case
 from nanorom.fem.symmetry import Parity
 from nanorom.journal import Journal
-
-Case = tuple[tuple[int, int], ...]  # (mode, sign) of every mode taking part
 
 QUADRATIC_NOISE = 1e-3  # of the cubic force: quadratic coefficients below it are round-off
 NOT_A_POTENTIAL = 1e-2  # asymmetry of tensors that are refused
@@ -77,13 +76,19 @@ def step(
     """Quadratic and cubic coefficients of the first ``count`` modes. Collective.
 
     ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
-    ``membrane_stiffness`` is given.  A flat film does not tell the sides apart: of two opposite
-    cases one is solved.  Cases that the ``journal`` of an interrupted run holds are not solved
-    again.  Raises SolverError if a case does not converge.
+    ``membrane_stiffness`` is given.  Of cases that are images of each other one is solved, and of
+    three modes together none where symmetry leaves nothing to be found.  Cases that the
+    ``journal`` of an interrupted run holds are not solved again.  Raises SolverError if a case
+    does not converge.
     """
     statics = static_cases(modes, in_plane)
-    cases = list(load_cases(count))
-    solved = [case for case in cases if not (statics.odd and is_mirrored(case))]
+    nonzero = selection.permitted(modes, 4)
+    cases = [
+        case for case in load_cases(count)
+        if len(case) < 3 or nonzero[:, case[0][0], case[1][0], case[2][0]].any()
+    ]
+    sources = selection.solved_for(cases, selection.images(modes.parities, statics.odd))
+    solved = [case for case, (source, _) in sources.items() if source == case]
     batches = list(batches_of(solved, modes, statics.most_columns))
     solved = [case for batch in batches for case in batch]
     journal = journal or Journal()
@@ -103,10 +108,8 @@ def step(
         done += len(batch)
         if progress is not None:
             progress(done, len(solved))
-    forces = dict(zip(solved, table.T))
-    for case in cases:
-        if case not in forces:
-            forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
+    found = dict(zip(solved, table.T))
+    forces = {case: signs[:count] * found[source] for case, (source, signs) in sources.items()}
     quadratic, cubic = coefficients(forces, count, amplitude)
     return symmetric(quadratic, cubic, amplitude, len(solved), statics.in_plane(amplitude))
 
@@ -124,11 +127,6 @@ def batches_of(cases: list[Case], modes: Modes, most: int) -> Iterator[list[Case
         members = list(alike)
         for first in range(0, len(members), most):
             yield members[first : first + most]
-
-
-def is_mirrored(case: Case) -> bool:
-    """Whether a case is the opposite of another of STEP's: -j, and -- of a pair."""
-    return all(sign < 0 for _, sign in case)
 
 
 def static_cases(modes: Modes, in_plane: str) -> FlatCases | StaticCases:
@@ -297,7 +295,9 @@ def coefficients(
         put(b, double[j, k][1], j, j, k)
         put(b, double[j, k][2], j, k, k)
     for triple in combinations(range(n), 3):
-        force = forces[tuple((j, 1) for j in triple)]
+        force = forces.get(tuple((j, 1) for j in triple))
+        if force is None:  # nothing but zeros
+            continue
         pairs = list(combinations(triple, 2))
         known2 = sum(single[j][0] for j in triple) + sum(double[p][0] for p in pairs)
         known3 = sum(single[j][1] for j in triple) + sum(double[p][1] + double[p][2] for p in pairs)

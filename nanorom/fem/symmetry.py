@@ -74,6 +74,12 @@ def is_symmetric(scene: Scene) -> bool:
     return centred and scene.plate.initial_shape is None
 
 
+def is_of_revolution(scene: Scene) -> bool:
+    """Every turn of the film about its centre leaves it and its static state as they are."""
+    isotropic = scene.tension.x == scene.tension.y
+    return isinstance(scene.geometry, Disc) and isotropic and is_symmetric(scene)
+
+
 def line(axis: str) -> str:
     """Name of the mesh's boundary on a mirror."""
     return f"{axis}=0"

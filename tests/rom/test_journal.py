@@ -1,3 +1,7 @@
+import platform
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -57,6 +61,16 @@ def test_short_work_leaves_no_file_and_finished_work_takes_it_away(output, monke
     assert list(output.parent.iterdir()) == []
     monkeypatch.setattr(journal, "SECONDS", 60.0)
     assert not begun(output).exists()
+
+
+def test_what_a_killed_run_was_writing_is_taken_away_with_the_journal(output):
+    path = begun(output)
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    half = path.with_name(f".{path.stem}.{platform.node()}-{ended.pid}.part{path.suffix}")
+    half.write_bytes(b"half")
+    finished(output)
+    assert list(output.parent.iterdir()) == []
 
 
 def test_only_journals_are_taken_away(output):
