@@ -112,6 +112,11 @@ def test_blocks_by_symmetry_save_load_cases_and_change_nothing():
     assert saving.difference < SKIPPED
 
 
+def test_mirror_images_save_load_cases_and_change_nothing():
+    scene = exact.with_tolerance(exact.paper_drum(4), 1e-3).scene
+    assert skips.image_cases(scene).difference < SKIPPED
+
+
 def test_beam_saves_the_plate_strip_and_changes_nothing():
     assert skips.beam().difference < SKIPPED
 
