@@ -1,14 +1,20 @@
 """What a plan skips makes no difference; what is in doubt is computed."""
 
+import random
+
 import attrs
 import numpy as np
 import pytest
+import ufl
+from ffcx.codegeneration import jit
 
-from nanorom.fem import reduce_scene
+from nanorom.fem import compat, reduce_scene
 from nanorom.fem.plan import Plan
 from nanorom.fem.step import StaticCases, coefficients, load_cases
 from nanorom.scene import (
     Accuracy,
+    Damping,
+    Drive,
     Material,
     Modes,
     Plate,
@@ -16,6 +22,7 @@ from nanorom.scene import (
     Scene,
     String,
     Support,
+    Sweep,
     Tension,
 )
 from tests.fem.exact import drum, paper_drum
@@ -122,3 +129,26 @@ def test_plan_says_what_is_skipped_and_why():
     assert not items["three quarters of the film"].computed
     assert all(item.why for item in items.values() if not item.computed)
     assert "degrees of freedom" in Plan.of(paper_drum()).cost()
+
+
+def test_new_parameters_compile_no_form(monkeypatch):
+    """Tension, E, thickness, density, damping and drive are numbers in forms that there are."""
+    scene = rectangle(damping=Damping(100), drive=Drive(["1 Pa"]), sweep=Sweep("0.9 f1", "1.1 f1"))
+    reduce_scene(scene)
+
+    def refuse(*_, **__):
+        raise AssertionError("a form is compiled")
+
+    monkeypatch.setattr(jit, "_compile_objects", refuse)
+    changed = attrs.evolve(
+        scene,
+        tension=Tension(x=0.5, y=0.8),
+        plate=Plate(thickness="30 nm"),
+        material=Material(youngs_modulus="70 GPa", poisson_ratio=0.17, density=2200.0),
+        damping=Damping(300, material_time="1 us"),
+        drive=Drive(["5 Pa"], ["1 mN/m"]),
+    )
+    assert reduce_scene(changed).frequency[0] != reduce_scene(scene).frequency[0]
+    mesh = solved_modes(scene, whole=False).plate.domain.mesh
+    with pytest.raises(AssertionError, match="compiled"):  # what a written number would do
+        compat.form(random.random() * ufl.Measure("dx", domain=mesh))
