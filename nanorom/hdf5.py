@@ -1,79 +1,87 @@
-"""HDF5 files read without trust.
+"""Nanorom's HDF5 files: written by the HDF5 library, read without trust and without it.
 
-Shapes and types are checked before anything is allocated, links to other files are refused, and
-nothing in a file is executed. Whatever is wrong becomes one line with the file's name.
+Shapes and types are checked before numbers are read, links to other names and files are refused,
+and nothing in a file is executed. Arrays carry HDF5's own checksums (Fletcher 32), which any reader
+checks. Whatever is wrong becomes one line with the file's name.
 """
 
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
 import nanorom
 from nanorom.errors import FileError, NanoromError
 from nanorom.files import atomic_path
+from nanorom.hdf5format import Bytes, Dataset, Group, Type
 
-SMALL = 2**26  # bytes of a dataset that are read in any case
-PER_BYTE = 100  # bytes of a dataset per byte of its file; more is not compression, but a trap
+if TYPE_CHECKING:
+    import h5py
+
+OLDEST = "earliest"  # form of the file, which every reader knows
+WORDS_SHOWN = 300  # characters of what a library says of a file
 
 
 @contextmanager
 def create(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
-    """A new file of a nanorom format, written whole or not at all; raises FileError.
-
-    It is made in memory: HDF5 itself does not survive a full disk.
-    """
-    with h5py.File("new", "w", driver="core", backing_store=False) as file:
-        file.attrs.update(format=kind, format_version=version, nanorom_version=nanorom.__version__)
+    """A new file of a nanorom format, written whole or not at all; raises FileError."""
+    with new(kind, version) as file:
         yield file
-        _store(file, path)
+        store(file, path)
 
 
 @contextmanager
-def extend(path: str | Path) -> Iterator[h5py.File]:
-    """An existing file to add to; until all is added, it stays as it was. Raises FileError."""
-    with h5py.File(path, "r+", driver="core", backing_store=False) as file:
+def new(kind: str, version: int) -> Iterator[h5py.File]:
+    """A file of a nanorom format in memory: HDF5 itself does not survive a full disk."""
+    import h5py
+
+    with h5py.File("new", "w", driver="core", backing_store=False, libver=OLDEST) as file:
+        file.attrs.update(format=kind, format_version=version, nanorom_version=nanorom.__version__)
         yield file
-        _store(file, path)
 
 
-def _store(file: h5py.File, path: str | Path) -> None:
+def store(file: h5py.File, path: str | Path) -> None:
+    """Write a file that is in memory, whole or not at all; raises FileError."""
     file.flush()
     with atomic_path(path) as temporary:
         temporary.write_bytes(file.id.get_file_image())
 
 
 @contextmanager
-def opened(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
+def opened(path: str | Path, kind: str, version: int) -> Iterator[Group]:
     """A file of a nanorom format to read; every error inside becomes a FileError of one line."""
     path = Path(path)
-    if not path.is_file():
-        raise FileError(f"{path}: no such file")
     try:
-        with _open(path) as file:
+        with _root(path) as file:
             _check_format(file, kind, version)
             yield file
     except NanoromError as error:
         raise FileError(f"{path}: {error}") from None
-    except Exception as error:  # whatever HDF5, NumPy or JSON find wrong with foreign bytes
-        reason = " ".join(str(error).split()) or type(error).__name__
+    except Exception as error:  # whatever NumPy or JSON find wrong with foreign bytes
+        reason = " ".join(str(error).split())[:WORDS_SHOWN] or type(error).__name__
         raise FileError(f"{path}: damaged, or not a {kind} file: {reason}") from None
 
 
-def _open(path: Path) -> h5py.File:
+@contextmanager
+def _root(path: Path) -> Iterator[Group]:
+    if path.is_dir():
+        raise FileError("is a directory; give the name of a file")
+    if not path.is_file():
+        raise FileError("no such file")
     try:
-        return h5py.File(path, "r")
-    except OSError:
-        raise FileError("not an HDF5 file, or cut short") from None
+        with open(path, "rb") as file:
+            yield Bytes(file).root()
+    except OSError as error:
+        raise FileError(f"cannot be read: {error.strerror}") from None
 
 
-def _check_format(file: h5py.File, kind: str, newest: int) -> None:
+def _check_format(file: Group, kind: str, newest: int) -> None:
     found = text(file.attrs.get("format", ""))
     if found != kind:
         raise FileError(f"an HDF5 file of format {found!r}; expected {kind!r}")
@@ -86,73 +94,86 @@ def _check_format(file: h5py.File, kind: str, newest: int) -> None:
 
 
 def kind_of(path: str | Path) -> str:
-    """The format that a file says it has, "" if it is no HDF5 file; raises FileError if missing."""
+    """The format that a file says it has, "" if it has none; raises FileError if not readable."""
     path = Path(path)
-    if not path.is_file():
-        raise FileError(f"{path}: no such file")
+    if not path.is_file() or not os.access(path, os.R_OK):
+        with opened(path, "", 0):
+            pass
     try:
-        with h5py.File(path, "r") as file:
+        with _root(path) as file:
             return text(file.attrs.get("format", ""))
-    except (OSError, RuntimeError, ValueError, TypeError):
+    except (NanoromError, ValueError):
         return ""
 
 
 def read(
-    parent: h5py.Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
+    parent: Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
 ) -> np.ndarray:
     """A dataset of the expected shape (None: any length) and kinds of type."""
-    return np.asarray(dataset(parent, name, shape, kinds)[()])
+    item = dataset(parent, name, shape, kinds)
+    try:
+        return item.read()
+    except FileError as error:
+        raise FileError(f"{name}: {error}") from None
 
 
 def dataset(
-    parent: h5py.Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
-) -> h5py.Dataset:
+    parent: Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
+) -> Dataset:
     """The same, not yet read."""
     item = _own(parent, name)
-    if not isinstance(item, h5py.Dataset):
+    if not isinstance(item, Dataset):
         raise FileError(f"{name}: missing, or not a dataset of this file")
-    if item.external is not None or item.is_virtual:
-        raise FileError(f"{name}: its numbers are outside the file")
-    declared, size = item.size * item.dtype.itemsize, parent.file.id.get_filesize()
-    if declared > max(SMALL, PER_BYTE * size):
-        raise FileError(f"{name}: declares {declared:.1e} bytes in a file of {size:.1e}; not read")
     if len(item.shape) != len(shape) or any(
         wanted not in (None, found) for wanted, found in zip(shape, item.shape)
     ):
         wanted = ", ".join("any" if length is None else str(length) for length in shape)
         raise FileError(f"{name}: found shape {item.shape}; expected ({wanted})")
-    is_text = h5py.check_string_dtype(item.dtype) is not None
-    if item.dtype.kind not in kinds or (item.dtype.kind in "OS" and not is_text):
-        raise FileError(f"{name}: found type {item.dtype}; expected another one")
+    if item.type.kind not in kinds:
+        raise FileError(f"{name}: found type {item.type.name}; expected another one")
     return item
 
 
-def group(parent: h5py.Group, name: str) -> h5py.Group:
+def group(parent: Group, name: str) -> Group:
     """A group of the file."""
     item = _own(parent, name)
-    if not isinstance(item, h5py.Group):
+    if not isinstance(item, Group):
         raise FileError(f"{name}: missing, or not a group of this file")
     return item
 
 
-def _own(parent: h5py.Group, name: str) -> Any:
-    """A member that is in the file itself, reached by hard links only."""
-    for part in name.split("/"):
-        if not isinstance(parent, h5py.Group):
-            return None
-        link = parent.get(part, getlink=True)
-        parent = parent.get(part) if isinstance(link, h5py.HardLink) else None
-    return parent
+def _own(parent: Group, name: str) -> Group | Dataset | None:
+    """A member that is in the file itself."""
+    found: Group | Dataset | None = parent
+    try:
+        for part in name.split("/"):
+            found = found.get(part) if isinstance(found, Group) else None
+    except FileError as error:
+        raise FileError(f"{name}: {error}") from None
+    return found
+
+
+def write(parent: h5py.Group, name: str, values: Any, unit: str | None = None) -> None:
+    """An array, with a checksum where HDF5 can keep one, and its unit."""
+    values = np.asarray(values)
+    checked = {"chunks": values.shape, "fletcher32": True} if values.shape and values.size else {}
+    written = parent.create_dataset(name, data=values, **checked)
+    if unit is not None:
+        written.attrs["unit"] = unit
 
 
 def write_names(parent: h5py.Group, name: str, names: tuple[str, ...]) -> None:
     """Names as a dataset of UTF-8 strings."""
-    parent.create_dataset(name, data=list(names), shape=(len(names),), dtype=h5py.string_dtype())
+    import h5py
+
+    encoded = [each.encode() for each in names]
+    length = max(map(len, encoded), default=0) or 1
+    write(parent, name, np.array(encoded, dtype=h5py.string_dtype("utf-8", length)))
 
 
-def read_names(parent: h5py.Group, name: str, length: int | None) -> tuple[str, ...]:
+def read_names(parent: Group, name: str, length: int | None) -> tuple[str, ...]:
     """Names written by `write_names`."""
-    return tuple(text(x) for x in read(parent, name, (length,), kinds="OSU"))
+    return tuple(map(text, read(parent, name, (length,), kinds="S")))
 
 
 def write_attributes(parent: h5py.Group, values: Mapping[str, Any]) -> None:
@@ -162,21 +183,22 @@ def write_attributes(parent: h5py.Group, values: Mapping[str, Any]) -> None:
         parent.attrs[name] = json.dumps(value, default=float) if is_mapping else value
 
 
-def read_attributes(parent: h5py.Group) -> dict[str, Any]:
+def read_attributes(parent: Group) -> dict[str, Any]:
     """Attributes written by `write_attributes`."""
     found: dict[str, Any] = {}
     for name, value in parent.attrs.items():
         if isinstance(value, (str, bytes)):
             words = text(value)
             found[name] = from_json(words) if words.startswith("{") else words
-        elif np.asarray(value).dtype.kind in "fiub":
+        elif not isinstance(value, Type) and np.asarray(value).dtype.kind in "fiub":
             found[name] = value.item() if np.ndim(value) == 0 else np.asarray(value)
         else:
-            raise FileError(f"{name}: found type {type(value).__name__}; expected numbers or text")
+            kind = value if isinstance(value, Type) else "array of text"
+            raise FileError(f"{name}: found type {kind}; expected numbers or text")
     return found
 
 
-def integer(parent: h5py.Group, name: str, low: int, high: int | None) -> int:
+def integer(parent: Group, name: str, low: int, high: int | None) -> int:
     """An attribute that is a whole number in a range."""
     value = parent.attrs.get(name)
     whole = isinstance(value, (int, np.integer))

@@ -91,7 +91,7 @@ class Journal:
                 file.attrs[KEY] = self._key
                 tables = file.create_group("tables")
                 for name, table in self._tables.items():
-                    tables[name] = table
+                    hdf5.write(tables, name, table)
         except FileError as error:
             return str(error)
         now = time.monotonic()

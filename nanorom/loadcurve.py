@@ -80,8 +80,7 @@ class LoadCurve:
             if self.lumped is not None:
                 file.attrs["lumped"] = self.lumped
             for name, unit in units.items():
-                file[name] = getattr(self, name)
-                file[name].attrs["unit"] = unit
+                hdf5.write(file, name, getattr(self, name), unit)
 
     @classmethod
     def load_file(cls, path: str | Path) -> LoadCurve:

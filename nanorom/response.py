@@ -106,11 +106,12 @@ def respond(
 
     report()
     levels = [drive.levels[number] for number in missing]
-    for place, diagram in explore_each(system, omega, levels, processes, **options):
-        found[missing[place]] = diagram
-        if path is not None:
-            responsefile.add(path, empty, key, missing[place], diagram)
-        report()
+    with responsefile.growing(empty, key, found) as file:
+        for place, diagram in explore_each(system, omega, levels, processes, **options):
+            found[missing[place]] = diagram
+            if path is not None:
+                responsefile.add(file, path, missing[place], diagram)
+            report()
     diagrams = [found[number] for number in range(total)]
     whole = add_isolas(system, omega, diagrams, processes, **options)
     response = attrs.evolve(empty, diagrams=tuple(whole))

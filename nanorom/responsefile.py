@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +19,9 @@ from nanorom.errors import FileError
 from nanorom.excitation import Drive, Excitation
 from nanorom.response import SPECIAL_POINTS, Response
 from nanorom.validation import parse_toml
+
+if TYPE_CHECKING:
+    import h5py
 
 FORMAT = "nanorom-response"
 FORMAT_VERSION = 1
@@ -75,27 +79,24 @@ def resume(path: str | Path, response: Response, key: str) -> dict[int, Diagram]
         return {}
 
 
-def add(path: str | Path, response: Response, key: str, number: int, diagram: Diagram) -> None:
-    """Save one more level; until it is whole, the file stays as it was. Raises FileError."""
-    if _can_grow(path, response, key):
-        with hdf5.extend(path) as file:
-            _write_diagram(file.create_group(f"level/{number}"), diagram)
-        return
-    with hdf5.create(path, FORMAT, FORMAT_VERSION) as file:
+@contextmanager
+def growing(response: Response, key: str, known: Mapping[int, Diagram]) -> Iterator[h5py.File]:
+    """A file in memory that holds some levels, for `add`."""
+    with hdf5.new(FORMAT, FORMAT_VERSION) as file:
         _write_head(file, response)
         file.attrs[KEY] = key
-        _write_diagram(file.create_group(f"level/{number}"), diagram)
+        for number, diagram in known.items():
+            _write_diagram(file.create_group(f"level/{number}"), diagram)
+        yield file
 
 
-def _can_grow(path: str | Path, response: Response, key: str) -> bool:
-    try:
-        with hdf5.opened(path, FORMAT, FORMAT_VERSION) as file:
-            return _continues(file, response, key)
-    except FileError:
-        return False
+def add(file: h5py.File, path: str | Path, number: int, diagram: Diagram) -> None:
+    """Save one more level; until it is whole, what is at the path stays. Raises FileError."""
+    _write_diagram(file.create_group(f"level/{number}"), diagram)
+    hdf5.store(file, path)
 
 
-def _continues(file: h5py.File, response: Response, key: str) -> bool:
+def _continues(file: hdf5.Group, response: Response, key: str) -> bool:
     same = hdf5.text(file.attrs.get(KEY, "")) == key
     return same and hdf5.text(file.attrs["excitation"]) == _excitation(response)
 
@@ -111,13 +112,12 @@ def _some_levels(drive: Drive, numbers: list[int]) -> Drive:
 
 def _write_head(file: h5py.File, response: Response) -> None:
     file.attrs["excitation"] = _excitation(response)
-    file["frequency"] = response.frequency
-    file["frequency"].attrs["unit"] = "Hz"
+    hdf5.write(file, "frequency", response.frequency, "Hz")
     hdf5.write_names(file, "label", response.label)
     file.create_group("level")
 
 
-def _read_head(file: h5py.File) -> tuple[Response, int]:
+def _read_head(file: hdf5.Group) -> tuple[Response, int]:
     """A response without its diagrams, and how many levels it has when it is complete."""
     excitation = Excitation.from_dict(parse_toml(hdf5.text(file.attrs["excitation"])))
     frequency = hdf5.read(file, "frequency", (None,))
@@ -142,10 +142,9 @@ def _write_diagram(level: h5py.Group, diagram: Diagram) -> None:
             index = getattr(branch, name)
             group.attrs[name] = NONE if index is None else index
         for name, unit in (("omega", "rad/s"), ("amplitude", "m")):
-            group[name] = getattr(branch, name)
-            group[name].attrs["unit"] = unit
-        group["stable"] = np.asarray(branch.stable, dtype=np.uint8)
-        group["multipliers"] = np.asarray(branch.multipliers, dtype=complex)
+            hdf5.write(group, name, getattr(branch, name), unit)
+        hdf5.write(group, "stable", np.asarray(branch.stable, dtype=np.uint8))
+        hdf5.write(group, "multipliers", np.asarray(branch.multipliers, dtype=complex))
         _write_ragged(group, branch.coefficients, branch.amplitude.shape[1])
     _write_points(level.create_group("special_points"), diagram)
 
@@ -155,19 +154,20 @@ def _write_points(group: h5py.Group, diagram: Diagram) -> None:
     size = diagram.branches[0].amplitude.shape[1] if diagram.branches else 0
     hdf5.write_names(group, "type", tuple(point.type for point in points))
     for name in ("omega", "branch", "period_multiple"):
-        group[name] = np.array([getattr(point, name) for point in points])
+        hdf5.write(group, name, np.array([getattr(point, name) for point in points]))
     for name, width in (("amplitude", size), ("multipliers", 2 * size), ("state", 2 * size)):
-        group[name] = np.array([getattr(point, name) for point in points]).reshape(-1, width)
+        values = np.array([getattr(point, name) for point in points]).reshape(-1, width)
+        hdf5.write(group, name, values)
     _write_ragged(group, [point.coefficients for point in points], size)
 
 
 def _write_ragged(group: h5py.Group, arrays: list[NDArray[Any]], size: int) -> None:
     """Fourier coefficients (2H + 1, L) of all orbits, one after the other; H differs."""
-    group["rows"] = np.array([len(array) for array in arrays], dtype=np.int64)
-    group["coefficients"] = np.concatenate([np.empty((0, size)), *arrays])
+    hdf5.write(group, "rows", np.array([len(array) for array in arrays], dtype=np.int64))
+    hdf5.write(group, "coefficients", np.concatenate([np.empty((0, size)), *arrays]))
 
 
-def _read_diagram(level: h5py.Group, size: int) -> Diagram:
+def _read_diagram(level: hdf5.Group, size: int) -> Diagram:
     count = hdf5.integer(level, "branches", 0, MOST_BRANCHES)
     branches = []
     for number in range(count):
@@ -197,7 +197,7 @@ def _read_diagram(level: h5py.Group, size: int) -> Diagram:
     )
 
 
-def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoint]:
+def _read_points(group: hdf5.Group, size: int, branches: int) -> list[SpecialPoint]:
     types = hdf5.read_names(group, "type", None)
     n = len(types)
     for kind in types:
@@ -225,7 +225,7 @@ def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoi
     ]
 
 
-def _read_ragged(group: h5py.Group, count: int, size: int) -> list[NDArray[np.float64]]:
+def _read_ragged(group: hdf5.Group, count: int, size: int) -> list[NDArray[np.float64]]:
     rows = hdf5.read(group, "rows", (count,), kinds="iu")
     if count and rows.min() < 1:
         raise FileError("rows: an orbit without coefficients")
@@ -233,14 +233,14 @@ def _read_ragged(group: h5py.Group, count: int, size: int) -> list[NDArray[np.fl
     return np.split(flat, np.cumsum(rows)[:-1]) if count else []
 
 
-def _finite(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+def _finite(group: hdf5.Group, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
     array = hdf5.read(group, name, shape)
     if not np.isfinite(array).all():
         raise FileError(f"{name}: contains NaN or infinite entries")
     return array
 
 
-def _level(group: h5py.Group, name: str) -> float:
+def _level(group: hdf5.Group, name: str) -> float:
     value = float(group.attrs[name])
     if not 0 <= value < np.inf:
         raise FileError(f"{name}: found {value}; expected a finite level")

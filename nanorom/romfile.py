@@ -6,8 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import h5py
-
 from nanorom import hdf5
 from nanorom.errors import FileError
 from nanorom.rom import OPTIONAL, ReducedModel, Shapes
@@ -49,27 +47,22 @@ def save(model: ReducedModel, path: str | Path) -> None:
         for name in TEXTS:
             file.attrs[name] = getattr(model, name)
         for name, (_, unit) in DATASETS.items():
-            file[name] = getattr(model, name)
-            file[name].attrs["unit"] = unit
+            hdf5.write(file, name, getattr(model, name), unit)
         for name, unit in OPTIONAL_UNITS.items():
             if getattr(model, name) is not None:
-                file[name] = getattr(model, name)
-                file[name].attrs["unit"] = unit
+                hdf5.write(file, name, getattr(model, name), unit)
         hdf5.write_names(file, "label", model.label)
         for kind, (_, unit) in PATTERNS.items():
             patterns = file.create_group(kind)
             for name, pattern in getattr(model, kind).items():
-                patterns[name] = pattern
-                patterns[name].attrs["unit"] = unit
+                hdf5.write(patterns, name, pattern, unit)
         if model.shapes is not None:
             shapes = file.create_group("shapes")
-            shapes["points"] = model.shapes.points
-            shapes["points"].attrs["unit"] = "m"
-            shapes["cells"] = model.shapes.cells
-            shapes["values"] = model.shapes.values
+            hdf5.write(shapes, "points", model.shapes.points, "m")
+            hdf5.write(shapes, "cells", model.shapes.cells)
+            hdf5.write(shapes, "values", model.shapes.values)
         for name, value in model.static.items():
-            file[f"static/{name}"] = value
-            file[f"static/{name}"].attrs["unit"] = STATIC[name][1]
+            hdf5.write(file, f"static/{name}", value, STATIC[name][1])
         hdf5.write_attributes(file.create_group("diagnostics"), model.diagnostics)
 
 
@@ -81,7 +74,7 @@ def load(path: str | Path) -> ReducedModel:
     return model
 
 
-def _read(file: h5py.File) -> ReducedModel:
+def _read(file: hdf5.Group) -> ReducedModel:
     normalization = hdf5.text(file.attrs.get("normalization", ""))
     if normalization != NORMALIZATION:
         raise FileError(f"normalization: found {normalization!r}; expected {NORMALIZATION!r}")
@@ -114,7 +107,7 @@ def _read(file: h5py.File) -> ReducedModel:
     )
 
 
-def _shapes(file: h5py.File, n: int) -> Shapes | None:
+def _shapes(file: hdf5.Group, n: int) -> Shapes | None:
     if "shapes" not in file:
         return None
     points = hdf5.read(file, "shapes/points", (None, 3))
@@ -122,7 +115,7 @@ def _shapes(file: h5py.File, n: int) -> Shapes | None:
     return Shapes(points, cells, hdf5.read(file, "shapes/values", (n, len(points))))
 
 
-def _static(file: h5py.File) -> dict[str, Any]:
+def _static(file: hdf5.Group) -> dict[str, Any]:
     if "static" not in file:
         return {}
     held = hdf5.group(file, "static")
