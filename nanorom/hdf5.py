@@ -1,30 +1,28 @@
-"""Nanorom's HDF5 files: written by the HDF5 library, read without trust and without it.
+"""Nanorom's HDF5 files, read without trust.
 
-Shapes and types are checked before numbers are read, links to other names and files are refused,
-and nothing in a file is executed. Arrays carry HDF5's own checksums (Fletcher 32), which any reader
-checks. Whatever is wrong becomes one line with the file's name.
+What the HDF5 library does not survive is not read; shapes and types are checked before anything is
+allocated, links to other files are refused, and nothing in a file is executed.  Arrays carry
+checksums (HDF5's Fletcher 32), which any reader checks.  Whatever is wrong becomes one line with
+the file's name.
 """
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
 
 import nanorom
+from nanorom import trial
 from nanorom.errors import FileError, NanoromError
 from nanorom.files import atomic_path
-from nanorom.hdf5format import Bytes, Dataset, Group, Type
+from nanorom.trial import PER_BYTE, SMALL
 
-if TYPE_CHECKING:
-    import h5py
-
-OLDEST = "earliest"  # form of the file, which every reader knows
 WORDS_SHOWN = 300  # characters of what a library says of a file
 
 
@@ -39,9 +37,7 @@ def create(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
 @contextmanager
 def new(kind: str, version: int) -> Iterator[h5py.File]:
     """A file of a nanorom format in memory: HDF5 itself does not survive a full disk."""
-    import h5py
-
-    with h5py.File("new", "w", driver="core", backing_store=False, libver=OLDEST) as file:
+    with h5py.File("new", "w", driver="core", backing_store=False) as file:
         file.attrs.update(format=kind, format_version=version, nanorom_version=nanorom.__version__)
         yield file
 
@@ -51,37 +47,42 @@ def store(file: h5py.File, path: str | Path) -> None:
     file.flush()
     with atomic_path(path) as temporary:
         temporary.write_bytes(file.id.get_file_image())
+    trial.trust(Path(path))
 
 
 @contextmanager
-def opened(path: str | Path, kind: str, version: int) -> Iterator[Group]:
+def opened(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     """A file of a nanorom format to read; every error inside becomes a FileError of one line."""
     path = Path(path)
     try:
-        with _root(path) as file:
+        with _open(path) as file:
             _check_format(file, kind, version)
             yield file
     except NanoromError as error:
         raise FileError(f"{path}: {error}") from None
-    except Exception as error:  # whatever NumPy or JSON find wrong with foreign bytes
+    except Exception as error:  # whatever HDF5, NumPy or JSON find wrong with foreign bytes
         reason = " ".join(str(error).split())[:WORDS_SHOWN] or type(error).__name__
         raise FileError(f"{path}: damaged, or not a {kind} file: {reason}") from None
 
 
-@contextmanager
-def _root(path: Path) -> Iterator[Group]:
+def _open(path: Path) -> h5py.File:
     if path.is_dir():
         raise FileError("is a directory; give the name of a file")
     if not path.is_file():
         raise FileError("no such file")
     try:
-        with open(path, "rb") as file:
-            yield Bytes(file).root()
+        with open(path, "rb"):
+            pass
     except OSError as error:
         raise FileError(f"cannot be read: {error.strerror}") from None
+    trial.survive(path)
+    try:
+        return h5py.File(path, "r")
+    except OSError:
+        raise FileError("not an HDF5 file, or cut short") from None
 
 
-def _check_format(file: Group, kind: str, newest: int) -> None:
+def _check_format(file: h5py.File, kind: str, newest: int) -> None:
     found = text(file.attrs.get("format", ""))
     if found != kind:
         raise FileError(f"an HDF5 file of format {found!r}; expected {kind!r}")
@@ -94,63 +95,63 @@ def _check_format(file: Group, kind: str, newest: int) -> None:
 
 
 def kind_of(path: str | Path) -> str:
-    """The format that a file says it has, "" if it has none; raises FileError if not readable."""
+    """The format that a file says it has, "" if it is no HDF5 file; raises FileError if missing."""
     path = Path(path)
-    if not path.is_file() or not os.access(path, os.R_OK):
-        with opened(path, "", 0):
-            pass
+    if not path.is_file():
+        raise FileError(f"{path}: {'is a directory' if path.is_dir() else 'no such file'}")
     try:
-        with _root(path) as file:
+        with _open(path) as file:
             return text(file.attrs.get("format", ""))
-    except (NanoromError, ValueError):
+    except (NanoromError, OSError, RuntimeError, ValueError, TypeError):
         return ""
 
 
 def read(
-    parent: Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
+    parent: h5py.Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
 ) -> np.ndarray:
     """A dataset of the expected shape (None: any length) and kinds of type."""
-    item = dataset(parent, name, shape, kinds)
-    try:
-        return item.read()
-    except FileError as error:
-        raise FileError(f"{name}: {error}") from None
+    return np.asarray(dataset(parent, name, shape, kinds)[()])
 
 
 def dataset(
-    parent: Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
-) -> Dataset:
+    parent: h5py.Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
+) -> h5py.Dataset:
     """The same, not yet read."""
     item = _own(parent, name)
-    if not isinstance(item, Dataset):
+    if not isinstance(item, h5py.Dataset):
         raise FileError(f"{name}: missing, or not a dataset of this file")
+    if item.external is not None or item.is_virtual:
+        raise FileError(f"{name}: its numbers are outside the file")
+    declared, size = item.nbytes, parent.file.id.get_filesize()
+    if declared > max(SMALL, PER_BYTE * size):
+        raise FileError(f"{name}: declares {declared:.1e} bytes in a file of {size:.1e}; not read")
     if len(item.shape) != len(shape) or any(
         wanted not in (None, found) for wanted, found in zip(shape, item.shape)
     ):
         wanted = ", ".join("any" if length is None else str(length) for length in shape)
         raise FileError(f"{name}: found shape {item.shape}; expected ({wanted})")
-    if item.type.kind not in kinds:
-        raise FileError(f"{name}: found type {item.type.name}; expected another one")
+    is_text = h5py.check_string_dtype(item.dtype) is not None
+    if item.dtype.kind not in kinds or (item.dtype.kind in "OS" and not is_text):
+        raise FileError(f"{name}: found type {item.dtype}; expected another one")
     return item
 
 
-def group(parent: Group, name: str) -> Group:
+def group(parent: h5py.Group, name: str) -> h5py.Group:
     """A group of the file."""
     item = _own(parent, name)
-    if not isinstance(item, Group):
+    if not isinstance(item, h5py.Group):
         raise FileError(f"{name}: missing, or not a group of this file")
     return item
 
 
-def _own(parent: Group, name: str) -> Group | Dataset | None:
-    """A member that is in the file itself."""
-    found: Group | Dataset | None = parent
-    try:
-        for part in name.split("/"):
-            found = found.get(part) if isinstance(found, Group) else None
-    except FileError as error:
-        raise FileError(f"{name}: {error}") from None
-    return found
+def _own(parent: h5py.Group, name: str) -> Any:
+    """A member that is in the file itself, reached by hard links only."""
+    for part in name.split("/"):
+        if not isinstance(parent, h5py.Group):
+            return None
+        link = parent.get(part, getlink=True)
+        parent = parent.get(part) if isinstance(link, h5py.HardLink) else None
+    return parent
 
 
 def write(parent: h5py.Group, name: str, values: Any, unit: str | None = None) -> None:
@@ -164,16 +165,14 @@ def write(parent: h5py.Group, name: str, values: Any, unit: str | None = None) -
 
 def write_names(parent: h5py.Group, name: str, names: tuple[str, ...]) -> None:
     """Names as a dataset of UTF-8 strings."""
-    import h5py
-
     encoded = [each.encode() for each in names]
     length = max(map(len, encoded), default=0) or 1
     write(parent, name, np.array(encoded, dtype=h5py.string_dtype("utf-8", length)))
 
 
-def read_names(parent: Group, name: str, length: int | None) -> tuple[str, ...]:
-    """Names written by `write_names`."""
-    return tuple(map(text, read(parent, name, (length,), kinds="S")))
+def read_names(parent: h5py.Group, name: str, length: int | None) -> tuple[str, ...]:
+    """Names written by `write_names`, or of any length."""
+    return tuple(text(x) for x in read(parent, name, (length,), kinds="OSU"))
 
 
 def write_attributes(parent: h5py.Group, values: Mapping[str, Any]) -> None:
@@ -183,22 +182,21 @@ def write_attributes(parent: h5py.Group, values: Mapping[str, Any]) -> None:
         parent.attrs[name] = json.dumps(value, default=float) if is_mapping else value
 
 
-def read_attributes(parent: Group) -> dict[str, Any]:
+def read_attributes(parent: h5py.Group) -> dict[str, Any]:
     """Attributes written by `write_attributes`."""
     found: dict[str, Any] = {}
     for name, value in parent.attrs.items():
         if isinstance(value, (str, bytes)):
             words = text(value)
             found[name] = from_json(words) if words.startswith("{") else words
-        elif not isinstance(value, Type) and np.asarray(value).dtype.kind in "fiub":
+        elif np.asarray(value).dtype.kind in "fiub":
             found[name] = value.item() if np.ndim(value) == 0 else np.asarray(value)
         else:
-            kind = value if isinstance(value, Type) else "array of text"
-            raise FileError(f"{name}: found type {kind}; expected numbers or text")
+            raise FileError(f"{name}: found type {type(value).__name__}; expected numbers or text")
     return found
 
 
-def integer(parent: Group, name: str, low: int, high: int | None) -> int:
+def integer(parent: h5py.Group, name: str, low: int, high: int | None) -> int:
     """An attribute that is a whole number in a range."""
     value = parent.attrs.get(name)
     whole = isinstance(value, (int, np.integer))

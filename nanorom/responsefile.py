@@ -6,9 +6,10 @@ import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,9 +20,6 @@ from nanorom.errors import FileError
 from nanorom.excitation import Drive, Excitation
 from nanorom.response import SPECIAL_POINTS, Response
 from nanorom.validation import parse_toml
-
-if TYPE_CHECKING:
-    import h5py
 
 FORMAT = "nanorom-response"
 FORMAT_VERSION = 1
@@ -96,7 +94,7 @@ def add(file: h5py.File, path: str | Path, number: int, diagram: Diagram) -> Non
     hdf5.store(file, path)
 
 
-def _continues(file: hdf5.Group, response: Response, key: str) -> bool:
+def _continues(file: h5py.File, response: Response, key: str) -> bool:
     same = hdf5.text(file.attrs.get(KEY, "")) == key
     return same and hdf5.text(file.attrs["excitation"]) == _excitation(response)
 
@@ -117,7 +115,7 @@ def _write_head(file: h5py.File, response: Response) -> None:
     file.create_group("level")
 
 
-def _read_head(file: hdf5.Group) -> tuple[Response, int]:
+def _read_head(file: h5py.File) -> tuple[Response, int]:
     """A response without its diagrams, and how many levels it has when it is complete."""
     excitation = Excitation.from_dict(parse_toml(hdf5.text(file.attrs["excitation"])))
     frequency = hdf5.read(file, "frequency", (None,))
@@ -167,7 +165,7 @@ def _write_ragged(group: h5py.Group, arrays: list[NDArray[Any]], size: int) -> N
     hdf5.write(group, "coefficients", np.concatenate([np.empty((0, size)), *arrays]))
 
 
-def _read_diagram(level: hdf5.Group, size: int) -> Diagram:
+def _read_diagram(level: h5py.Group, size: int) -> Diagram:
     count = hdf5.integer(level, "branches", 0, MOST_BRANCHES)
     branches = []
     for number in range(count):
@@ -197,7 +195,7 @@ def _read_diagram(level: hdf5.Group, size: int) -> Diagram:
     )
 
 
-def _read_points(group: hdf5.Group, size: int, branches: int) -> list[SpecialPoint]:
+def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoint]:
     types = hdf5.read_names(group, "type", None)
     n = len(types)
     for kind in types:
@@ -225,7 +223,7 @@ def _read_points(group: hdf5.Group, size: int, branches: int) -> list[SpecialPoi
     ]
 
 
-def _read_ragged(group: hdf5.Group, count: int, size: int) -> list[NDArray[np.float64]]:
+def _read_ragged(group: h5py.Group, count: int, size: int) -> list[NDArray[np.float64]]:
     rows = hdf5.read(group, "rows", (count,), kinds="iu")
     if count and rows.min() < 1:
         raise FileError("rows: an orbit without coefficients")
@@ -233,14 +231,14 @@ def _read_ragged(group: hdf5.Group, count: int, size: int) -> list[NDArray[np.fl
     return np.split(flat, np.cumsum(rows)[:-1]) if count else []
 
 
-def _finite(group: hdf5.Group, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+def _finite(group: h5py.Group, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
     array = hdf5.read(group, name, shape)
     if not np.isfinite(array).all():
         raise FileError(f"{name}: contains NaN or infinite entries")
     return array
 
 
-def _level(group: hdf5.Group, name: str) -> float:
+def _level(group: h5py.Group, name: str) -> float:
     value = float(group.attrs[name])
     if not 0 <= value < np.inf:
         raise FileError(f"{name}: found {value}; expected a finite level")

@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+import h5py
+
 from nanorom import hdf5
 from nanorom.errors import FileError
 from nanorom.rom import OPTIONAL, ReducedModel, Shapes
@@ -74,7 +76,7 @@ def load(path: str | Path) -> ReducedModel:
     return model
 
 
-def _read(file: hdf5.Group) -> ReducedModel:
+def _read(file: h5py.File) -> ReducedModel:
     normalization = hdf5.text(file.attrs.get("normalization", ""))
     if normalization != NORMALIZATION:
         raise FileError(f"normalization: found {normalization!r}; expected {NORMALIZATION!r}")
@@ -107,7 +109,7 @@ def _read(file: hdf5.Group) -> ReducedModel:
     )
 
 
-def _shapes(file: hdf5.Group, n: int) -> Shapes | None:
+def _shapes(file: h5py.File, n: int) -> Shapes | None:
     if "shapes" not in file:
         return None
     points = hdf5.read(file, "shapes/points", (None, 3))
@@ -115,7 +117,7 @@ def _shapes(file: hdf5.Group, n: int) -> Shapes | None:
     return Shapes(points, cells, hdf5.read(file, "shapes/values", (n, len(points))))
 
 
-def _static(file: hdf5.Group) -> dict[str, Any]:
+def _static(file: h5py.File) -> dict[str, Any]:
     if "static" not in file:
         return {}
     held = hdf5.group(file, "static")
