@@ -207,6 +207,9 @@ def scatter_reverse_add(function: Any) -> None:
     function.x.scatter_reverse(mode.add)
 
 
+WORTHWHILE = 64_000_000  # bytes freed in small pieces that are given back: less is soon used again
+
+
 def free_memory(*comms: MPI.Comm) -> None:
     """Free the PETSc objects that Python has let go: some releases keep them until asked.
 
@@ -216,9 +219,23 @@ def free_memory(*comms: MPI.Comm) -> None:
     if hasattr(PETSc, "garbage_cleanup"):
         for comm in comms:
             PETSc.garbage_cleanup(comm)
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # the GNU library's
-    if trim is not None:
-        trim(0)
+    if _TRIM is not None and (_MALLINFO is None or _MALLINFO().fordblks > WORTHWHILE):
+        _TRIM(0)
+
+
+class _Mallinfo(ctypes.Structure):
+    """What the GNU C library tells of its heap, mallinfo2 in malloc.h."""
+
+    _fields_ = [
+        (name, ctypes.c_size_t)
+        for name in "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks".split()
+    ] + [("keepcost", ctypes.c_size_t)]
+
+
+_TRIM = getattr(ctypes.CDLL(None), "malloc_trim", None)  # the GNU library's
+_MALLINFO = getattr(ctypes.CDLL(None), "mallinfo2", None)
+if _MALLINFO is not None:
+    _MALLINFO.restype = _Mallinfo
 
 
 def versions() -> dict[str, str]:
