@@ -94,7 +94,7 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     modes, _ = labels.name(case.scene, modes)
     modes = normalise(modes.take(np.arange(11)))
     modal = clock.lap()
-    stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
+    stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
     assembly = clock.lap()
     free = membrane.free_dofs(plate, plate.mirrors.even)
     factors = algebra.Factorization(free.restrict(stiffness), "nanorom_bench_", "stiffness")

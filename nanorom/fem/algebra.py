@@ -12,6 +12,7 @@ from petsc4py import PETSc
 from nanorom.errors import SolverError
 
 REFINED = 1e-13  # relative residual above which a solution is refined
+ROUNDED = 2 * np.finfo(float).eps  # of matrix times solution: rounding it leaves as much
 MOST_REFINEMENTS = 2
 RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
 # null pivots are found; no ScaLAPACK root, which hides inertia; room, in percent of what the
@@ -145,7 +146,7 @@ class Factorization(Factors):
             scaled = self._scale * solution
             squares = [np.sum(a**2) for a in (residual, right_hand_sides, scaled)]
             size = np.sqrt(self.matrix.comm.tompi4py().allreduce(np.array(squares)))
-            if not size[0] > REFINED * size[1]:
+            if not size[0] > max(REFINED * size[1], ROUNDED * size[2]):
                 return solution
             solution = solution + self.solve_once(residual)
         if not size[0] <= RESIDUAL_TOLERANCE * (size[1] + size[2]):

@@ -118,18 +118,24 @@ class _Waves:
     def at(self, points: np.ndarray) -> np.ndarray:
         """Values (n, w) at points (n, 2), at most about 1 in size on the disc."""
         away = points - self.centre
-        columns = []
-        for numbers, even, odd in (
-            (self.straight, np.cos, np.sin),
-            (self.evanescent, np.cosh, np.sinh),
-        ):
-            phase = away.T[:, :, None] * numbers[:, None]
-            largest = even(self.radius * np.hypot(*numbers)) if even is np.cosh else 1.0
-            x, y = (
-                [even(p)] if mirrored else [even(p), odd(p)] for p, mirrored in zip(phase, self.even)
-            )
-            columns += [a * b / largest for a in x for b in y]
-        return np.hstack(columns)
+        largest = np.cosh(self.radius * np.hypot(*self.evanescent))
+        return np.hstack(
+            [
+                *self._products(away, self.straight, np.cos, np.sin),
+                *(p / largest for p in self._products(away, self.evanescent, np.cosh, np.sinh)),
+            ]
+        )
+
+    def _products(
+        self, away: np.ndarray, numbers: np.ndarray, even: np.ufunc, odd: np.ufunc
+    ) -> list[np.ndarray]:
+        """Products of functions of x and of y (n, m) that may be part of the mode."""
+        phase = away.T[:, :, None] * numbers[:, None]
+        x, y = (
+            [even(part)] if mirror else [even(part), odd(part)]
+            for part, mirror in zip(phase, self.even)
+        )
+        return [a * b for a in x for b in y]
 
 
 def _values(
