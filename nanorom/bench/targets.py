@@ -16,6 +16,7 @@ from nanorom.bench import exact
 
 FINE = 80_000  # deflection's degrees of freedom
 FINE_DEGREE = 4
+DENSITY = 0.62  # cells of a quarter disc, by radius / size squared, at least
 
 
 @attrs.frozen
@@ -83,7 +84,7 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     from nanorom.fem.scales import Scales
     from nanorom.fem.shapes import normalise
 
-    size = exact.RADIUS * np.sqrt(0.73 * degree**2 / dofs)
+    size = exact.RADIUS * np.sqrt(DENSITY * degree**2 / dofs)
     case = exact.by_hand(exact.paper_drum(), degree, exact.RADIUS / size, exact.RADIUS)
     scales = Scales.of(case.scene)
     layer = float(np.sqrt(scales.bending))

@@ -220,7 +220,9 @@ class _Equilibrium:
         self._shape = block.shape
 
         def function(_: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
-            f.array[:] = (self._product(x) + block).ravel()
+            f.array[:] = block.ravel()
+            if x.norm() > 0:  # not where it starts
+                f.array[:] += self._product(x).ravel()
 
         snes.setFunction(function, f)
         snes.setJacobian(lambda *_: None, jacobian)
@@ -229,6 +231,9 @@ class _Equilibrium:
         solver.getPC().setType("python")
         solver.getPC().setPythonContext(self)
         snes.setTolerances(rtol=SNES_TOLERANCE, atol=0.0, stol=0.0, max_it=5)
+        options = PETSc.Options("nanorom_step_")
+        if not options.hasName("snes_linesearch_type"):
+            options["snes_linesearch_type"] = "basic"  # of a linear problem the whole step is right
         snes.setFromOptions()
         snes.solve(None, x)
         if snes.getConvergedReason() <= 0 and snes.getFunctionNorm() > 0:
