@@ -54,8 +54,11 @@ class FreeDofs:
 
     def extended(self, values: np.ndarray) -> np.ndarray:
         """Local values (local dofs, m), ghosts too, of owned free ones (rows, m). Collective."""
+        found = np.zeros((self.n_local, values.shape[1]))
+        if self.comm.size == 1:
+            found[self.local] = values
+            return found
         function = fem.Function(self.space)
-        found = np.empty((self.n_local, values.shape[1]))
         for i in range(values.shape[1]):
             function.x.array[:] = 0.0
             function.x.array[self.local] = values[:, i]
@@ -183,9 +186,8 @@ def transposed(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
 def dense(matrix: PETSc.Mat, columns: np.ndarray) -> PETSc.Mat:
     """Columns (owned rows, m) as a dense matrix that a sparse one can multiply. Collective."""
     sizes = ((len(columns), matrix.getSize()[1]), (PETSc.DECIDE, columns.shape[1]))
-    block = PETSc.Mat().createDense(sizes, comm=matrix.comm)
-    block.setUp()
-    block.getDenseArray()[:] = columns
+    values = np.array(columns.T, dtype=PETSc.ScalarType).ravel()  # column after column
+    block = PETSc.Mat().createDense(sizes, array=values, comm=matrix.comm)
     block.assemble()
     return block
 

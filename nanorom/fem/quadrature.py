@@ -108,6 +108,22 @@ def fields_at(
         yield tabulate(plate, cells[first : first + step], points, weights)
 
 
+def values_at(
+    plate: Plate, points: np.ndarray, shapes: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Cells (c,) and values (c, q, L) in them of shapes (local dofs, L) at reference points (q, 2).
+
+    Of all owned cells, a chunk at a time.
+    """
+    basis = compat.reference_element(plate.degree).tabulate(0, points)
+    basis = np.asarray(basis).reshape(len(points), -1)
+    dofs = compat.cell_dofs(plate.deflections)[: owned_cells(plate)]
+    step = _cells_per_chunk(plate, len(points), shapes.shape[1])
+    for first in range(0, len(dofs), step):
+        own = dofs[first : first + step]
+        yield np.arange(first, first + len(own)), np.matmul(basis, shapes[own])
+
+
 def tabulate(
     plate: Plate, cells: np.ndarray, points: np.ndarray, weights: np.ndarray
 ) -> CellFields:
