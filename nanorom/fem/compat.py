@@ -115,10 +115,24 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
                 "Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape
             )
             return fem.functionspace(mesh, element)
-        element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
-        if components > 1:
-            element = ufl.VectorElement(element, dim=components)
-        return fem.FunctionSpace(mesh, element)
+        kind = degree, components, mesh.geometry.dim
+        if not mesh.comm.allreduce(kind in _known_spaces, op=MPI.LAND):
+            element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
+            if components > 1:
+                element = ufl.VectorElement(element, dim=components)
+            space = fem.FunctionSpace(mesh, element)
+            _known_spaces[kind] = element, space._cpp_object.element, space._ufcx_dofmap
+            return space
+        element, compiled, layout = _known_spaces[kind]
+        ffi, cpp = cffi.FFI(), dolfinx.cpp.fem
+        address = ffi.cast("uintptr_t", ffi.addressof(layout))
+        dofmap = cpp.create_dofmap(mesh.comm, address, mesh.topology, compiled)
+        on = getattr(mesh, "_mesh", mesh)
+        return fem.FunctionSpace(mesh, element, cpp.FunctionSpace(on, compiled, dofmap))
+
+
+# element, DOLFINx' and the form compiler's objects by degree and components: 0.5 looks them up anew
+_known_spaces: dict[tuple[int, int, int], tuple[Any, Any, Any]] = {}
 
 
 def interpolation_matrix(coarse: Any, fine: Any) -> Any:

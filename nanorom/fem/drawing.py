@@ -47,7 +47,7 @@ def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _distinct(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where each distinct row of integers (n, d) is found first, in order, and each row's number."""
+    """First place of each distinct row of integers (n, d), in order, and each row's number."""
     order = np.lexsort(rows.T[::-1])
     new = np.ones(len(rows), dtype=bool)
     new[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
