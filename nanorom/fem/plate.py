@@ -89,6 +89,7 @@ class Plate:
     ----------
     shape : initial deflection w0 (UFL or Function), None where the film is flat.
     prestress : membrane force (UFL tensor) in addition to the tension, None where there is none.
+    operands : what its forms are about.
     solvers : make what solves on its degrees of freedom.
     attraction : to a gate, None where there is none.
     even : by mirror, 1 where deflections are even about it, else 0 (`set_parity`).
@@ -137,7 +138,7 @@ class Plate:
         self._elastic_edges = others[len(self.even) :]
         constants = [self.tension_x, self.tension_y, self.bending_stiffness, self.nu]
         constants += [self.membrane_stiffness, *self.even.values()]
-        self._operands = forms.Operands(
+        self.operands = forms.Operands(
             [self.deflections, self.in_plane],
             [self.w, self.u],
             [*constants, *(stiffness for _, stiffness in self.springs)],
@@ -290,7 +291,7 @@ class Plate:
         mesh = self.domain.mesh
         element = self.degree, compat.cell_nodes(mesh).shape[1], mesh.geometry.dim
         kind = write.__name__, *element, self.bending, self.mirrors.axes, len(self.springs)
-        return forms.compiled(kind, write, self._operands)
+        return forms.compiled(kind, write, self.operands)
 
     def stiffness_form(self) -> Any:
         """Transverse stiffness K: second derivative of the linear energy."""
