@@ -12,6 +12,7 @@ from petsc4py import PETSc
 from nanorom.errors import SolverError
 
 REFINED = 1e-13  # relative residual above which a solution is refined
+ROUNDED = 2 * np.finfo(float).eps  # of matrix times solution: rounding it leaves as much
 MOST_REFINEMENTS = 2
 RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
 # null pivots are found; no ScaLAPACK root, which hides inertia; room, in percent of what the
@@ -53,8 +54,11 @@ class FreeDofs:
 
     def extended(self, values: np.ndarray) -> np.ndarray:
         """Local values (local dofs, m), ghosts too, of owned free ones (rows, m). Collective."""
+        found = np.zeros((self.n_local, values.shape[1]))
+        if self.comm.size == 1:
+            found[self.local] = values
+            return found
         function = fem.Function(self.space)
-        found = np.empty((self.n_local, values.shape[1]))
         for i in range(values.shape[1]):
             function.x.array[:] = 0.0
             function.x.array[self.local] = values[:, i]
@@ -145,7 +149,7 @@ class Factorization(Factors):
             scaled = self._scale * solution
             squares = [np.sum(a**2) for a in (residual, right_hand_sides, scaled)]
             size = np.sqrt(self.matrix.comm.tompi4py().allreduce(np.array(squares)))
-            if not size[0] > REFINED * size[1]:
+            if not size[0] > max(REFINED * size[1], ROUNDED * size[2]):
                 return solution
             solution = solution + self.solve_once(residual)
         if not size[0] <= RESIDUAL_TOLERANCE * (size[1] + size[2]):
@@ -182,9 +186,8 @@ def transposed(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
 def dense(matrix: PETSc.Mat, columns: np.ndarray) -> PETSc.Mat:
     """Columns (owned rows, m) as a dense matrix that a sparse one can multiply. Collective."""
     sizes = ((len(columns), matrix.getSize()[1]), (PETSc.DECIDE, columns.shape[1]))
-    block = PETSc.Mat().createDense(sizes, comm=matrix.comm)
-    block.setUp()
-    block.getDenseArray()[:] = columns
+    values = np.array(columns.T, dtype=PETSc.ScalarType).ravel()  # column after column
+    block = PETSc.Mat().createDense(sizes, array=values, comm=matrix.comm)
     block.assemble()
     return block
 

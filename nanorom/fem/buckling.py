@@ -12,7 +12,7 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat
+from nanorom.fem import algebra
 from nanorom.fem.modes import ClassStiffness, free_deflections
 from nanorom.fem.plate import Plate
 from nanorom.scene import Tension
@@ -53,7 +53,7 @@ def critical_factor(plate: Plate) -> float:
         plate.bending_stiffness.value = 0.0
         for _, stiffness in plate.springs:
             stiffness.value = np.zeros(2)
-        geometric = algebra.assemble(compat.form(plate.stiffness_form()))
+        geometric = algebra.assemble(plate.compiled(plate.stiffness_form))
     finally:
         plate.tension_x.value, plate.tension_y.value = tension
         plate.bending_stiffness.value = rigidity

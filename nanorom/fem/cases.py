@@ -19,13 +19,14 @@ import numpy as np
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat, groups, inplane, membrane, multigrid, quadrature
+from nanorom.fem import algebra, groups, inplane, membrane, multigrid, quadrature
 from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.symmetry import Parity, product_parity
 
 SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
-REFINED = 1e-13  # residual beyond which displacements are solved for again
+REFINED = 1e-11  # residual beyond which displacements are solved for again; tensors then err by
+# a tenth of it
 TINY = 1e-300
 MOST_COLUMNS = 64  # load cases solved together
 MOST_APART = 1  # numbers of two modes whose product is looked at by itself
@@ -49,7 +50,7 @@ class FlatCases:
         self._equilibria: dict[Parity, _Equilibrium] = {}
         self._assembled = None
         if in_plane == "free":
-            self._assembled = algebra.assemble(compat.form(self.plate.in_plane_form()))
+            self._assembled = algebra.assemble(self.plate.compiled(self.plate.in_plane_form))
         self.displacement: ByParity = {}
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
@@ -219,7 +220,9 @@ class _Equilibrium:
         self._shape = block.shape
 
         def function(_: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
-            f.array[:] = (self._product(x) + block).ravel()
+            f.array[:] = block.ravel()
+            if x.norm() > 0:  # not where it starts
+                f.array[:] += self._product(x).ravel()
 
         snes.setFunction(function, f)
         snes.setJacobian(lambda *_: None, jacobian)
@@ -228,6 +231,9 @@ class _Equilibrium:
         solver.getPC().setType("python")
         solver.getPC().setPythonContext(self)
         snes.setTolerances(rtol=SNES_TOLERANCE, atol=0.0, stol=0.0, max_it=5)
+        options = PETSc.Options("nanorom_step_")
+        if not options.hasName("snes_linesearch_type"):
+            options["snes_linesearch_type"] = "basic"  # of a linear problem the whole step is right
         snes.setFromOptions()
         snes.solve(None, x)
         if snes.getConvergedReason() <= 0 and snes.getFunctionNorm() > 0:

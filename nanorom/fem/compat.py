@@ -15,13 +15,17 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
+import attrs
 import basix
+import cffi
 import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
+from dolfinx.fem import forms as _forms
 from dolfinx.fem import petsc as _petsc
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -42,6 +46,9 @@ if threading.current_thread() is threading.main_thread():
 
 _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
+
+CPU_INFO = Path("/proc/cpuinfo")  # Linux'
+VECTORS = {"avx2": "-mavx2", "fma": "-mfma"}  # names in it, and the compiler's options
 
 
 @lru_cache(maxsize=32)
@@ -108,10 +115,24 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
                 "Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape
             )
             return fem.functionspace(mesh, element)
-        element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
-        if components > 1:
-            element = ufl.VectorElement(element, dim=components)
-        return fem.FunctionSpace(mesh, element)
+        kind = degree, components, mesh.geometry.dim
+        if not mesh.comm.allreduce(kind in _known_spaces, op=MPI.LAND):
+            element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
+            if components > 1:
+                element = ufl.VectorElement(element, dim=components)
+            space = fem.FunctionSpace(mesh, element)
+            _known_spaces[kind] = element, space._cpp_object.element, space._ufcx_dofmap
+            return space
+        element, compiled, layout = _known_spaces[kind]
+        ffi, cpp = cffi.FFI(), dolfinx.cpp.fem
+        address = ffi.cast("uintptr_t", ffi.addressof(layout))
+        dofmap = cpp.create_dofmap(mesh.comm, address, mesh.topology, compiled)
+        on = getattr(mesh, "_mesh", mesh)
+        return fem.FunctionSpace(mesh, element, cpp.FunctionSpace(on, compiled, dofmap))
+
+
+# element, DOLFINx' and the form compiler's objects by degree and components: 0.5 looks them up anew
+_known_spaces: dict[tuple[int, int, int], tuple[Any, Any, Any]] = {}
 
 
 def interpolation_matrix(coarse: Any, fine: Any) -> Any:
@@ -179,11 +200,87 @@ def form(expression: Any) -> Any:
         return fem.form(expression, **_jit_keywords())
 
 
+@lru_cache
 def _jit_keywords() -> dict[str, Any]:
-    options = {"cffi_extra_compile_args": ["-O2"]}
+    options = {"cffi_extra_compile_args": ["-O2", "-ftree-vectorize", *_instructions()]}
     parameters = inspect.signature(fem.form).parameters
     key = "jit_options" if "jit_options" in parameters else "jit_params"
     return {key: options}
+
+
+def _instructions() -> list[str]:
+    """Options for vectors of four numbers, where this processor has them.
+
+    The cache of compiled forms tells options apart, so that other processors may share it.
+    """
+    try:
+        told = set(CPU_INFO.read_text(encoding="ascii", errors="replace").split())
+    except OSError:
+        return []
+    return [option for name, option in VECTORS.items() if VECTORS.keys() <= told]
+
+
+@attrs.frozen(eq=False)
+class Kernel:
+    """A compiled form without the mesh for which it was compiled.
+
+    kind: DOLFINx' class of such a form; compiled: the form compiler's; tagged: numbers of the
+    groups of tagged facets by type of integral.
+    """
+
+    kind: Any
+    compiled: Any
+    tagged: dict[str, list[int]]
+
+    @classmethod
+    def of(cls, expression: Any, form: Any) -> Kernel:
+        """Kernel of a form that an expression was compiled to."""
+        tagged: dict[str, set[int]] = {}
+        for integral in expression.integrals():
+            number = integral.subdomain_id()
+            if integral.subdomain_data() is not None:
+                numbers = number if isinstance(number, tuple) else (number,)
+                tagged.setdefault(integral.integral_type(), set()).update(numbers)
+        groups = {name: sorted(own) for name, own in tagged.items()}
+        return cls(type(getattr(form, "_cpp_object", form)), form.ufcx_form, groups)
+
+    def bound(
+        self, spaces: list[Any], functions: list[Any], constants: list[Any], tags: Any
+    ) -> Any:
+        """The form about the operands that take the places of the first form's."""
+        parts = [[part._cpp_object for part in own] for own in (spaces, functions, constants)]
+        mesh, ffi = parts[0][0].mesh, cffi.FFI()
+        if issubclass(self.kind, getattr(_forms, "FormMetaClass", ())):  # 0.5
+            types = dolfinx.cpp.fem.IntegralType
+            domains = {getattr(types, name): tags for name in self.tagged}
+            return self.kind(self.compiled, *parts, domains, mesh, ffi, None)
+        entities = {
+            getattr(fem.IntegralType, name): _forms.get_integration_domains(
+                getattr(fem.IntegralType, name), tags, numbers
+            )
+            for name, numbers in self.tagged.items()
+        }
+        address = ffi.cast("uintptr_t", ffi.addressof(self.compiled))
+        try:
+            made = self.kind([int(address)], *parts, entities, [], mesh)
+        except TypeError:  # before meshes of several kinds of cells
+            made = self.kind(address, *parts, entities, {}, mesh)
+        return fem.Form(made, self.compiled)
+
+
+def operands(expression: Any, form: Any) -> tuple[list[Any], list[Any], list[Any]]:
+    """Function spaces, functions and constants of a form, each in its kernel's order."""
+    compiled = form.ufcx_form
+    # 0.5 has the name in the singular
+    order = "original_coefficient_position"
+    order = order if hasattr(compiled, order) else f"{order}s"
+    functions = expression.coefficients()
+    places = getattr(compiled, order)
+    return (
+        [argument.ufl_function_space() for argument in expression.arguments()],
+        [functions[places[i]] for i in range(compiled.num_coefficients)],
+        list(expression.constants()),
+    )
 
 
 def facet_measures(
@@ -207,6 +304,9 @@ def scatter_reverse_add(function: Any) -> None:
     function.x.scatter_reverse(mode.add)
 
 
+WORTHWHILE = 64_000_000  # bytes freed in small pieces that are given back: less is soon used again
+
+
 def free_memory(*comms: MPI.Comm) -> None:
     """Free the PETSc objects that Python has let go: some releases keep them until asked.
 
@@ -216,9 +316,23 @@ def free_memory(*comms: MPI.Comm) -> None:
     if hasattr(PETSc, "garbage_cleanup"):
         for comm in comms:
             PETSc.garbage_cleanup(comm)
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # the GNU library's
-    if trim is not None:
-        trim(0)
+    if _TRIM is not None and (_MALLINFO is None or _MALLINFO().fordblks > WORTHWHILE):
+        _TRIM(0)
+
+
+class _Mallinfo(ctypes.Structure):
+    """What the GNU C library tells of its heap, mallinfo2 in malloc.h."""
+
+    _fields_ = [
+        (name, ctypes.c_size_t)
+        for name in "arena ordblks smblks hblks hblkhd usmblks fsmblks uordblks fordblks".split()
+    ] + [("keepcost", ctypes.c_size_t)]
+
+
+_TRIM = getattr(ctypes.CDLL(None), "malloc_trim", None)  # the GNU library's
+_MALLINFO = getattr(ctypes.CDLL(None), "mallinfo2", None)
+if _MALLINFO is not None:
+    _MALLINFO.restype = _Mallinfo
 
 
 def versions() -> dict[str, str]:

@@ -118,7 +118,7 @@ def _displacements(
     for field, parity, strain in _pair_strains(plate, shapes, pairs):
         force = membrane.force(plate, strain) * field.weights[..., None]
         membrane.add_load(plate, field, force, loads[parity])
-    stiffness = algebra.assemble(compat.form(plate.in_plane_form()))
+    stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
     found = {}
     for parity in list(loads):
         free = membrane.free_dofs(plate, parity)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from nanorom.fem import quadrature
@@ -24,28 +26,37 @@ def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     reference = lattice(fineness)
     dimension = plate.domain.mesh.geometry.dim
     points, values = [np.empty((0, dimension))], [np.empty((0, modes.shapes.shape[1]))]
-    weights = np.zeros(len(reference))
-    for field in quadrature.fields_at(plate, reference, weights, columns=modes.shapes.shape[1]):
-        places = quadrature.map_cells(plate, field.cells, reference)[0]
+    for own, value in quadrature.values_at(plate, reference, modes.shapes):
+        places = quadrature.map_cells(plate, own, reference)[0]
         points.append(places.reshape(-1, dimension))
-        values.append(field.value(modes.shapes).reshape(-1, modes.shapes.shape[1]))
+        values.append(value.reshape(-1, modes.shapes.shape[1]))
     points_all = np.concatenate(comm.allgather(np.concatenate(points)))
     values_all = np.concatenate(comm.allgather(np.concatenate(values)))
     points_all, copied = plate.mirrors.unfold(points_all, values_all.T, modes.parities)
     values_all = copied.T
     low, size = points_all.min(axis=0), np.ptp(points_all, axis=0).max()
     grid = np.rint((points_all - low) / (MERGE * size)).astype(np.int64)
-    _, first, number = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    first, number = _distinct(grid)
     small = _lattice_triangles(fineness)
     start = np.arange(cells)[:, None, None] * len(reference)
-    triangles = number.reshape(-1)[(start + small).reshape(-1, 3)]
-    triangles = np.sort(triangles, axis=1)
-    triangles = triangles[np.lexsort(triangles.T[::-1])]  # the same whatever the partition
+    triangles = np.sort(number[(start + small).reshape(-1, 3)], axis=1)
+    triangles = triangles[_distinct(triangles)[0]]  # the same whatever the partition
     in_space = np.zeros((len(first), 3))
     in_space[:, :dimension] = points_all[first]
     return in_space, triangles.astype(np.int32), np.ascontiguousarray(values_all[first].T)
 
 
+def _distinct(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First place of each distinct row of integers (n, d), in order, and each row's number."""
+    order = np.lexsort(rows.T[::-1])
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
+    number = np.empty(len(rows), dtype=np.int64)
+    number[order] = np.cumsum(new) - 1
+    return order[new], number
+
+
+@lru_cache(maxsize=4)
 def _lattice_triangles(n: int) -> np.ndarray:
     """Triangles (n^2, 3) between the points of `lattice`."""
     row = np.cumsum([0, *range(n + 1, 0, -1)])  # first point of row i

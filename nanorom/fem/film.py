@@ -206,7 +206,7 @@ def problem(film: Film, load: Load | None) -> StaticProblem:
     load = load or Load()
     even = film.plate.mirrors.even
     linear = film.embed(ClassStiffness(film.plate)[even])
-    force = LinearForce(film.plate, film.state, film.w, film.plate.linear_energy(film.w))
+    force = LinearForce.of_energy(film.plate, film.state, film.w, film.plate.linear_energy(film.w))
     energy = film.stretching_energy() + film.preload_energy()
     return StaticProblem(
         film.state,

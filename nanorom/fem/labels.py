@@ -7,6 +7,8 @@ closest to: with unequal tensions a drum's shapes are no pure harmonics.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import attrs
 import numpy as np
 from scipy.special import jn_zeros, jv
@@ -86,6 +88,7 @@ def _diameters(content: np.ndarray, candidates: list[tuple[int, int]]) -> np.nda
     return shares.argmax(axis=1) if pure.all() else None
 
 
+@lru_cache(maxsize=8)
 def _drum_modes(count: int) -> list[tuple[int, int]]:
     """Nodal diameters and circles (p, m) of an ideal membrane's lowest modes, some to spare."""
     highest = 2 * int(np.sqrt(count)) + 4
@@ -94,25 +97,31 @@ def _drum_modes(count: int) -> list[tuple[int, int]]:
     return [(p, m) for _, p, m in sorted(zeros)[:enough]]
 
 
+@lru_cache(maxsize=8)
+def _radial_parts(candidates: tuple[tuple[int, int], ...]) -> np.ndarray:
+    """Normalised radial parts J_p(j_pm r) (K, points) on a grid from the centre to the edge."""
+    grid = np.linspace(0, 1, RADIAL_GRID)
+    radial = np.empty((len(candidates), RADIAL_GRID))
+    for i, (p, m) in enumerate(candidates):
+        zero = jn_zeros(p, m)[-1]
+        radial[i] = jv(p, zero * grid) / abs(jv(p + 1, zero)) / (1 if p == 0 else np.sqrt(0.5))
+    return radial
+
+
 def _drum_content(modes: Modes, candidates: list[tuple[int, int]]) -> np.ndarray:
     """Products (n, K) of the shapes with J_p(j_pm r) exp(i p theta), normalised membrane modes."""
     plate = modes.plate
     centre, radius = extent(plate)
-    grid = np.linspace(0, 1, RADIAL_GRID)
-    radial = np.empty((RADIAL_GRID, len(candidates)))
-    for i, (p, m) in enumerate(candidates):
-        zero = jn_zeros(p, m)[-1]
-        radial[:, i] = jv(p, zero * grid) / abs(jv(p + 1, zero)) / (1 if p == 0 else np.sqrt(0.5))
+    radial = _radial_parts(tuple(candidates))
     orders = np.array([p for p, _ in candidates])
     total = np.zeros((modes.shapes.shape[1], len(candidates)), dtype=complex)
     for field in quadrature.fields(plate, columns=4 * len(candidates)):
         z = (((field.points - centre) / radius) @ np.array([1, 1j])).ravel()
         nearest = np.rint(np.minimum(np.abs(z), 1.0) * (RADIAL_GRID - 1)).astype(int)
-        turns = (z / np.maximum(np.abs(z), 1e-300))[:, None] ** np.arange(orders.max() + 1)
+        turns = (z / np.maximum(np.abs(z), 1e-300)) ** np.arange(orders.max() + 1)[:, None]
         weighted = (field.weights[..., None] * field.value(modes.shapes)).reshape(len(z), -1)
-        for p in range(orders.max() + 1):
-            own = orders == p
-            total[:, own] += (weighted * turns[:, p, None]).T @ radial[:, own][nearest]
+        harmonics = np.take(radial, nearest, axis=1) * turns[orders]
+        total += (harmonics @ weighted).T
     total = plate.domain.comm.allreduce(total)
     for i, parity in enumerate(modes.parities):
         total[i] = _allowed(total[i], orders, modes, parity)

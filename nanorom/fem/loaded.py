@@ -38,8 +38,8 @@ def solve(plate: Plate, count: int) -> Modes:
     second = ufl.derivative(ufl.derivative(energy, film.state), film.state)
     stretching = algebra.assemble(compat.form(second))
     stiffness = eigen.ClassStiffness(plate)
-    force = LinearForce(plate, film.state, film.w, energy + plate.linear_energy(film.w))
-    mass = algebra.assemble(compat.form(plate.mass_form()))
+    force = LinearForce.of_energy(plate, film.state, film.w, energy + plate.linear_energy(film.w))
+    mass = algebra.assemble(plate.compiled(plate.mass_form))
     film_mass = film.embed(mass)
     totals = {}
     for parity, linear in stiffness.items():

@@ -99,7 +99,7 @@ def solve(plate: Plate, count: int) -> Modes:
     Raises SolverError when the mesh has too few degrees of freedom, when the film's state is not
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
-    mass = algebra.assemble(compat.form(plate.mass_form()))
+    mass = algebra.assemble(plate.compiled(plate.mass_form))
     stiffness, force = ClassStiffness(plate), LinearForce.of(plate)
     solvers = {p: ClassSolver(plate, p, stiffness, mass, force) for p in stiffness}
     return lowest_of_classes(plate, solvers, stiffness, mass, force, count)
@@ -156,11 +156,11 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
     """
 
     def __init__(self, plate: Plate) -> None:
-        self._base = algebra.assemble(compat.form(plate.stiffness_form()))
+        self._base = algebra.assemble(plate.compiled(plate.stiffness_form))
         self._axes = plate.mirrors.axes if plate.bending else ()
         self._classes = plate.mirrors.classes
         self._mirrored = {}
-        form = compat.form(plate.mirror_form()) if self._axes else None
+        form = plate.compiled(plate.mirror_form) if self._axes else None
         for axis in self._axes:
             plate.set_parity((1,) * len(plate.even))
             plate.even[axis].value = 1.0

@@ -18,7 +18,7 @@ and bending stiffness in the scene's scale of tension.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import attrs
@@ -27,7 +27,7 @@ import ufl
 from dolfinx import fem
 from ufl.geometry import FacetJacobianDeterminant
 
-from nanorom.fem import compat
+from nanorom.fem import compat, forms
 from nanorom.fem.mesh import Domain
 from nanorom.fem.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, Parity, line
@@ -89,6 +89,7 @@ class Plate:
     ----------
     shape : initial deflection w0 (UFL or Function), None where the film is flat.
     prestress : membrane force (UFL tensor) in addition to the tension, None where there is none.
+    operands : what its forms are about.
     solvers : make what solves on its degrees of freedom.
     attraction : to a gate, None where there is none.
     even : by mirror, 1 where deflections are even about it, else 0 (`set_parity`).
@@ -135,6 +136,14 @@ class Plate:
         )
         self._mirror_edges = others[: len(self.even)]
         self._elastic_edges = others[len(self.even) :]
+        constants = [self.tension_x, self.tension_y, self.bending_stiffness, self.nu]
+        constants += [self.membrane_stiffness, *self.even.values()]
+        self.operands = forms.Operands(
+            [self.deflections, self.in_plane],
+            [self.w, self.u],
+            [*constants, *(stiffness for _, stiffness in self.springs)],
+            self._clamped_edge.subdomain_data(),
+        )
         self.solvers = Solvers()
         self.shape: Any = None
         self.prestress: Any = None
@@ -275,6 +284,15 @@ class Plate:
 
     # -- their derivatives ----------------------------------------------------------------------
 
+    def compiled(self, write: Callable[[], Any]) -> Any:
+        """Form that one of the plate's own methods writes, ready to be assembled. Collective."""
+        if self.shape is not None or self.prestress is not None or self.attraction is not None:
+            return compat.form(write())
+        mesh = self.domain.mesh
+        element = self.degree, compat.cell_nodes(mesh).shape[1], mesh.geometry.dim
+        kind = write.__name__, *element, self.bending, self.mirrors.axes, len(self.springs)
+        return forms.compiled(kind, write, self.operands)
+
     def stiffness_form(self) -> Any:
         """Transverse stiffness K: second derivative of the linear energy."""
         first = ufl.derivative(self.linear_energy(self.w), self.w)
@@ -289,6 +307,13 @@ class Plate:
         """Take deflections of one class of symmetry."""
         for even, odd in zip(self.even.values(), parity):
             even.value = 1.0 - odd
+
+    def linear_force_form(self) -> Any:
+        """Force of the linear energy and of the mirrors on the deflection `w`."""
+        energy = self.linear_energy(self.w)
+        if self.bending:
+            energy = energy + self.mirror_energy(self.w)
+        return ufl.derivative(energy, self.w)
 
     def mass_form(self) -> Any:
         """Transverse mass per rho h."""

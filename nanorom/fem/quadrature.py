@@ -17,7 +17,8 @@ import numpy as np
 from nanorom.fem import compat
 from nanorom.fem.plate import Plate
 
-CHUNK_ENTRIES = 4_000_000  # floating-point numbers that one array of a chunk of cells may have
+CHUNK_ENTRIES = 1_000_000  # numbers that one array of a chunk of cells may have
+KEPT_ENTRIES = 16_000_000  # numbers that the gradients of a table that is kept may have
 
 
 @attrs.frozen(eq=False)
@@ -35,6 +36,17 @@ class CellFields:
     values: np.ndarray
     gradients: np.ndarray
     dofs: np.ndarray
+
+    def part(self, first: int, last: int) -> CellFields:
+        """The same on some of the cells."""
+        return attrs.evolve(
+            self,
+            cells=self.cells[first:last],
+            weights=self.weights[first:last],
+            points=self.points[first:last],
+            gradients=self.gradients[first:last],
+            dofs=self.dofs[first:last],
+        )
 
     def gradient(self, coefficients: np.ndarray) -> np.ndarray:
         """Gradients (c, q, d, L) of fields with coefficients (local dofs, L)."""
@@ -59,19 +71,22 @@ def fields(plate: Plate, columns: int = 1) -> Iterator[CellFields]:
     """Tabulate the deflection basis at the plate's quadrature, a chunk of cells at a time.
 
     ``columns`` is how many numbers per point the caller will hold; it sets the chunk's size.
-    Where one chunk is enough it is kept for the next caller.
+    A table that is not large is kept for the next caller.
     """
     rule = basix.make_quadrature(basix.CellType.triangle, plate.stretching_degree)
     points, weights = np.asarray(rule[0]), np.asarray(rule[1])
-    if _cells_per_chunk(plate, len(weights), columns) < owned_cells(plate):
+    n_cells, n_dofs = owned_cells(plate), compat.cell_dofs(plate.deflections).shape[1]
+    if 2 * n_cells * len(points) * n_dofs > KEPT_ENTRIES:
         yield from fields_at(plate, points, weights, columns)
         return
     if plate not in _kept:
-        _kept[plate] = list(fields_at(plate, points, weights, columns))
-    yield from _kept[plate]
+        _kept[plate] = tabulate(plate, np.arange(n_cells), points, weights)
+    step = _cells_per_chunk(plate, len(points), columns)
+    for first in range(0, n_cells, step):
+        yield _kept[plate].part(first, first + step)
 
 
-_kept: WeakKeyDictionary[Plate, list[CellFields]] = WeakKeyDictionary()
+_kept: WeakKeyDictionary[Plate, CellFields] = WeakKeyDictionary()
 
 
 def _cells_per_chunk(plate: Plate, n_points: int, columns: int) -> int:
@@ -91,6 +106,22 @@ def fields_at(
     cells = np.arange(owned_cells(plate)) if cells is None else cells
     for first in range(0, len(cells), step):
         yield tabulate(plate, cells[first : first + step], points, weights)
+
+
+def values_at(
+    plate: Plate, points: np.ndarray, shapes: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Cells (c,) and values (c, q, L) in them of shapes (local dofs, L) at reference points (q, 2).
+
+    Of all owned cells, a chunk at a time.
+    """
+    basis = compat.reference_element(plate.degree).tabulate(0, points)
+    basis = np.asarray(basis).reshape(len(points), -1)
+    dofs = compat.cell_dofs(plate.deflections)[: owned_cells(plate)]
+    step = _cells_per_chunk(plate, len(points), shapes.shape[1])
+    for first in range(0, len(dofs), step):
+        own = dofs[first : first + step]
+        yield np.arange(first, first + len(own)), np.matmul(basis, shapes[own])
 
 
 def tabulate(

@@ -80,7 +80,7 @@ def reduce_scene(
     team = split(comm, groups)
     plan = Plan.of(scene)
     scales = plan.scales
-    journal = Journal(output, key_of(scene, comm.size), comm)
+    journal = Journal(output, key_of(scene, comm.size) if output else "", comm)
     solution = solve_to_tolerance(team, plan, watch, journal)
     modes, plate = solution.modes, solution.modes.plate
     frequency = scales.frequency(modes.eigenvalues)

@@ -32,12 +32,12 @@ Columns = Callable[[np.ndarray], np.ndarray]  # (owned rows, m) -> (owned rows, 
 class EnergyForce:
     """Gradient of an energy that is quadratic in a function, without an assembled matrix."""
 
-    def __init__(self, function: Any, energy: Any) -> None:
+    def __init__(self, function: Any, gradient: Any) -> None:
         self._function = function
         self._sum = fem.Function(function.function_space)
         dofmap = function.function_space.dofmap
         self._n_owned = dofmap.index_map.size_local * dofmap.index_map_bs
-        self._gradient = compat.form(ufl.derivative(energy, function))
+        self._gradient = gradient
 
     def __call__(self, columns: np.ndarray) -> np.ndarray:
         """Force (owned dofs, m) of displacements (local dofs, m). Collective."""
@@ -55,21 +55,22 @@ class EnergyForce:
 
 
 class LinearForce:
-    """Force of a film's quadratic energy on displacements of any class of symmetry.
+    """Force of a film's quadratic energy on displacements of any class of symmetry."""
 
-    energy : quadratic in the function; deflection : that of the function (UFL).
-    """
-
-    def __init__(self, plate: Plate, function: Any, deflection: Any, energy: Any) -> None:
-        if plate.bending:
-            energy = energy + plate.mirror_energy(deflection)
-        self._plate = plate
-        self._force = EnergyForce(function, energy)
+    def __init__(self, plate: Plate, force: EnergyForce) -> None:
+        self._plate, self._force = plate, force
 
     @classmethod
     def of(cls, plate: Plate) -> LinearForce:
         """That of tension, bending and attraction on the plate's deflections."""
-        return cls(plate, plate.w, plate.w, plate.linear_energy(plate.w))
+        return cls(plate, EnergyForce(plate.w, plate.compiled(plate.linear_force_form)))
+
+    @classmethod
+    def of_energy(cls, plate: Plate, function: Any, deflection: Any, energy: Any) -> LinearForce:
+        """That of an energy quadratic in a function, of which the deflection is one (UFL)."""
+        if plate.bending:
+            energy = energy + plate.mirror_energy(deflection)
+        return cls(plate, EnergyForce(function, compat.form(ufl.derivative(energy, function))))
 
     def __call__(self, parity: Parity, columns: np.ndarray) -> np.ndarray:
         """Force (owned dofs, m) of displacements (local dofs, m) of one parity. Collective."""

@@ -29,6 +29,7 @@ ANGLE_TIE = 0.02  # radians below the +x axis that still count as on it
 ONE_PEAK = 0.01  # of half the film's longer side: extrema closer than this are one
 CENTRE = 1e-3  # of the film's half width: points nearer to its centre have no angle
 NEWTON_STEPS = 8
+SETTLED = 1e-12  # of a cell: shorter steps change no value
 FLAT = 1e-6  # smallest curvature, relative, along which a Newton step is taken
 
 
@@ -205,14 +206,12 @@ def _inside(plate: Plate, places: np.ndarray) -> np.ndarray:
 def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Local extrema near the largest |phi|: mode (m,), point (m, 2), value (m,)."""
     grid = lattice(2 * plate.degree)
-    weights = np.zeros(len(grid))
-    cells, starts, sizes = [], [], []
+    starts, sizes = [], []
     n_modes = shapes.shape[1]
-    for field in quadrature.fields_at(plate, grid, weights, columns=n_modes):
-        size = np.abs(field.value(shapes))
+    for _, value in quadrature.values_at(plate, grid, shapes):
+        size = np.abs(value)
         starts.append(size.argmax(axis=1))
         sizes.append(size.max(axis=1))
-        cells.append(field.cells)
     size = np.concatenate(sizes) if sizes else np.zeros((0, n_modes))
     start = np.concatenate(starts) if starts else np.zeros((0, n_modes), dtype=int)
     largest = size.max(axis=0, initial=0.0)
@@ -253,7 +252,9 @@ def _climb(degree: int, local: np.ndarray, start: np.ndarray) -> np.ndarray:
             size, step = _ascent(degree, local, x, directions)
             higher = size > highest
             best[higher], highest[higher] = x[higher], size[higher]
-            x = _into_triangle(x + step)
+            last, x = x, _into_triangle(x + step)
+            if np.abs(x - last).max() < SETTLED:
+                break
     return best
 
 

@@ -45,7 +45,7 @@ class Spectrum:
         layer = float(np.sqrt(scales.bending * scales.tension / tension))
         chosen = discretisation.choose(scene, scales.length, layer, scene.accuracy.tolerance)
         self.plate = plate = build_plate(comm, scene, scales, chosen)
-        self.mass = algebra.assemble(compat.form(plate.mass_form()))
+        self.mass = algebra.assemble(plate.compiled(plate.mass_form))
         self.constants = (plate.tension_x, plate.tension_y, plate.bending_stiffness)
         # per N/m, N/m and N m, in the plate's unit of stiffness
         units = (scales.tension, scales.tension, scales.tension * scales.length**2)

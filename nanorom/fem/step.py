@@ -223,7 +223,7 @@ class _InPlaneEquilibrium:
         self.plate = plate
         self.free = membrane.free_dofs(plate)
         self._residual = compat.form(ufl.derivative(energy, plate.u))
-        stiffness = self.free.restrict(algebra.assemble(compat.form(plate.in_plane_form())))
+        stiffness = self.free.restrict(algebra.assemble(plate.compiled(plate.in_plane_form)))
         self._x = stiffness.createVecRight()
         self._f = stiffness.createVecLeft()
         self._load = 0.0

@@ -1,0 +1,76 @@
+"""Forms written once are on every mesh, with every parameter, what they would be written anew."""
+
+import attrs
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from nanorom.fem import algebra, compat, forms
+from nanorom.fem.build import build_plate
+from nanorom.fem.plan import Plan
+from nanorom.scene import Accuracy, Plate, Tension
+from tests.fem.exact import RADIUS, paper_drum
+
+SAME = 1e-14  # of the largest entry
+
+SCENES = {
+    "coarse": attrs.evolve(paper_drum(3), accuracy=Accuracy(degree=4, mesh_size=RADIUS / 2)),
+    "fine": attrs.evolve(paper_drum(3), accuracy=Accuracy(degree=4, mesh_size=RADIUS / 4)),
+    "other tension": attrs.evolve(
+        paper_drum(3),
+        accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3),
+        tension=Tension("0.1 N/m", "0.2 N/m"),
+    ),
+    "membrane": attrs.evolve(
+        paper_drum(3),
+        accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3),
+        plate=Plate("10 nm", "membrane"),
+    ),
+}
+
+
+def plate_of(scene):
+    plan = Plan.of(scene)
+    return build_plate(MPI.COMM_SELF, scene, plan.scales, plan.discretisation(None))
+
+
+@pytest.mark.parametrize("name", ["mass_form", "stiffness_form", "mirror_form", "in_plane_form"])
+def test_known_form_is_that_written_anew(name):
+    for scene in SCENES.values():
+        plate = plate_of(scene)
+        plate.set_parity((0, 1))
+        if name == "mirror_form" and not plate.bending:
+            continue
+        write = getattr(plate, name)
+        found = algebra.assemble(plate.compiled(write))
+        expected = algebra.assemble(compat.form(write()))
+        size = expected.norm()
+        assert size > 0
+        expected.axpy(-1.0, found)
+        assert expected.norm() <= SAME * size
+
+
+def test_known_force_follows_its_deflection():
+    for scene in SCENES.values():
+        plate = plate_of(scene)
+        plate.w.x.array[:] = np.cos(np.arange(len(plate.w.x.array)))
+        found = algebra.assemble_vector(plate.compiled(plate.linear_force_form))
+        expected = algebra.assemble_vector(compat.form(plate.linear_force_form()))
+        np.testing.assert_allclose(found, expected, rtol=0, atol=SAME * np.abs(expected).max())
+
+
+def test_form_of_a_kind_is_written_once(monkeypatch):
+    monkeypatch.setattr(forms, "_known", {})
+    written = []
+
+    def write(plate):
+        written.append(plate)
+        return plate.mass_form()
+
+    for scene in ("coarse", "fine"):
+        plate = plate_of(SCENES[scene])
+        mass = algebra.assemble(
+            forms.compiled("mass", lambda plate=plate: write(plate), plate.operands)
+        )
+        assert mass.getSize()[0] == plate.deflections.dofmap.index_map.size_global
+    assert len(written) == 1
