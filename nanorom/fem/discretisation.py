@@ -20,10 +20,12 @@ from nanorom.film import Kind, Spring
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene, String
 
 DEGREE = 8
-CALIBRATION = (2.25, 8.5e-8, 10.5)  # wavenumber x size, estimated error, rate: drum, degree 8
-COARSEST = 0.8  # of the film's half width
+WAVES = (2.69, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
+RATE = 14.0  # at which errors fall with the size
+COARSEST = 1.0  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
-OUTERMOST = 1.2  # of the layer: width of a drum's outermost ring
+OUTERMOST = 6.0  # of the layer: width of the cells at the edge at tolerance 1e-6
+OUTERMOST_RATE = 7.4  # at which errors fall with that width
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
 ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
@@ -66,7 +68,7 @@ def choose(
     if tolerance is None:
         size = accuracy.mesh_size / length if accuracy.mesh_size else COARSEST
     else:
-        size = _cell_size(geometry, scene.modes.highest, length, tolerance)
+        size = _cell_size(geometry, scene.modes.highest, length, layer, tolerance)
     order = max(degree, 2)
     if isinstance(geometry, Disc):
         spot = _spot(scene, length, tolerance)
@@ -79,7 +81,7 @@ def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discreti
     degree = scene.accuracy.degree or DEGREE
     finer = 1.0
     if tolerance is not None and scene.accuracy.tolerance is not None:
-        finer = (tolerance / scene.accuracy.tolerance) ** (1 / CALIBRATION[2])
+        finer = (tolerance / scene.accuracy.tolerance) ** (1 / RATE)
     corners = _corners(scene, tolerance)
     return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
 
@@ -89,12 +91,13 @@ def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
 
 
 def _cell_size(
-    geometry: Disc | Rectangle, count: int, length: float, tolerance: float
+    geometry: Disc | Rectangle, count: int, length: float, layer: float, tolerance: float
 ) -> float:
     """Size of degree-8 cells for a tolerance at the shortest wavelength."""
     wavenumber = shortest_wave(geometry, count) * length
-    scaled, error, rate = CALIBRATION
-    return min(COARSEST, scaled / wavenumber * (tolerance / error) ** (1 / rate))
+    plate, membrane = WAVES
+    scaled = (plate if layer else membrane) * (tolerance / 1e-6) ** (1 / RATE)
+    return min(COARSEST, scaled / wavenumber)
 
 
 def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:
@@ -125,7 +128,7 @@ def _disc(
     """
     shrinking = np.empty(0)
     if tolerance is not None:
-        shrinking = _shrinking(size, OUTERMOST * layer, _layer_ratio(tolerance))
+        shrinking = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
     inner = 1 - shrinking.sum()
     n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
     uniform = inner / n_inner * np.arange(1, n_inner + 1)
@@ -164,6 +167,11 @@ def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
     if load is None or not load.force or not load.centred or tolerance is None:
         return 0.0
     return load.radius / length or float(np.sqrt(tolerance))
+
+
+def _outermost(layer: float, tolerance: float) -> float:
+    """Width of the cells at a clamped edge."""
+    return layer * OUTERMOST * (tolerance / 1e-6) ** (1 / OUTERMOST_RATE)
 
 
 def _layer_ratio(tolerance: float) -> float:
