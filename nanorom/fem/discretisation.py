@@ -144,7 +144,7 @@ def _disc(
         "radius": 1.0,
         "rings": len(radii) - 1,
         "growth": GROWTH,
-        "sectors": 4 * np.ceil(GROWTH * (n_inner + (0.5 if len(shrinking) else 0))),
+        "sectors": 4 * np.ceil(GROWTH * np.ceil(1 / size - 1e-9)),
         "quadrants": 4 // mirrors.copies,
     }
     equal = np.linspace(0.0, 1.0, len(radii))
