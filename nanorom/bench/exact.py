@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 DATA = Path(__file__).parent / "data"
 
 RADIUS, THICKNESS, MODULUS, DENSITY, NU = 2.5e-6, 10e-9, 410e9, 2267.0, 0.16
+BUCKLING = 14.681970642123893  # -T R^2/D of a clamped disc: the square of J_1's first zero
 SMALL_STRAIN = 1e-3  # in-plane resonances are far above those of the deflection
 
 

@@ -28,7 +28,7 @@ AT_PEAK = 0.9  # of the largest value: what a cell at the peak has somewhere
 FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its eigenvalue
 AVERAGES = 8.0  # from that of a shape and of what weighs it to the error of integrals over it
 IN_PLANE = 3.0  # from that of the in-plane displacement to its error
-DEPENDENT = 1e-13  # of a polynomial's energy: what the others may leave of it
+DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
 CHUNK = 256  # cells at a time
 
 
@@ -59,14 +59,17 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
         own = [i for i, p in enumerate(modes.parities) if p == parity]
         entries = modes.stiffness[parity].getDiagonal().array
         diagonal[own] = np.abs(entries) @ owned[:, own] ** 2
+    # under compression the energy is a difference, and all that is small beside its parts counts
+    *tails, whole = comm.allreduce(_deflection_tails(plate, modes.shapes, stiffening))
     # of the curvature at a point, not of the matrix's entries, which are its squares
-    rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / total_energy)
-    tails = comm.allreduce(_deflection_tails(plate, modes.shapes, stiffening)) / total_energy
-    beyond = extrapolated(tails)
+    rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / whole)
+    beyond = extrapolated(np.array(tails))
     # what an integral weighs a shape with varies faster than the shape, as if of one degree less
-    average = AVERAGES * np.sqrt(beyond * tails[0])
+    average = AVERAGES * np.sqrt(beyond * tails[0]) / whole + rounding
     scale = POINTWISE * _at_peaks(plate, modes.shapes)
-    return ModeErrors(0.5 * FREQUENCY * beyond + rounding, rounding, average, scale)
+    rounding = rounding * whole / total_energy
+    frequency = 0.5 * FREQUENCY * beyond / total_energy + rounding
+    return ModeErrors(frequency, rounding, average, scale)
 
 
 def stiffening_of(plate: Plate, tension: float | None) -> float:
@@ -84,7 +87,7 @@ def of_state(plate: Plate, deflection: np.ndarray, stiffening: float) -> float:
 
     Both are smooth functionals of the solution, so they err as its energy does. Collective.
     """
-    tails = _deflection_tails(plate, deflection[:, None], stiffening, whole=True)
+    tails = _deflection_tails(plate, deflection[:, None], stiffening)
     *tails, total = plate.domain.comm.allreduce(tails)
     return float((FREQUENCY * extrapolated(np.array(tails)) / total)[0]) if total[0] > 0 else 0.0
 
@@ -97,7 +100,7 @@ def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
     own = np.abs(np.einsum("iiii->i", cubic))
     scale = 4 * np.max(modes.scale * own) / np.abs(cubic).max()
     shape = np.max(modes.average)
-    return float(scale + shape + IN_PLANE * in_plane + modes.rounding.max())
+    return float(scale + shape + IN_PLANE * in_plane)
 
 
 def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
@@ -105,13 +108,13 @@ def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
     dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
     # no strain has more energy than this by the square of its displacement's gradient
     stiffness = float(plate.membrane_stiffness.value) / (1 - abs(float(plate.nu.value)))
-    tails = np.zeros((3, displacements.shape[1]))
+    tails = np.zeros((4, displacements.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         metric = stiffness * area[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
         factor = _orthonormal(plate.degree, metric)
         for component in (0, 1):
             tails += _tails(plate.degree, factor, displacements[2 * dofs[cells] + component])
-    return extrapolated(plate.domain.comm.allreduce(tails))
+    return extrapolated(plate.domain.comm.allreduce(tails)[:3])
 
 
 def extrapolated(tails: np.ndarray) -> np.ndarray:
@@ -123,14 +126,12 @@ def extrapolated(tails: np.ndarray) -> np.ndarray:
     return last * np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
 
 
-def _deflection_tails(
-    plate: Plate, deflections: np.ndarray, stiffening: float, whole: bool = False
-) -> np.ndarray:
-    """Energies (3, n) of tension and bending in this rank's cells, see `_tails`."""
+def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
+    """Energies (4, n) of tension and bending in this rank's cells, see `_tails`."""
     dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
     tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)]) + stiffening
     bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
-    tails = np.zeros((4 if whole else 3, deflections.shape[1]))
+    tails = np.zeros((4, deflections.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         slopes = np.einsum("c,d,cad,cbd->cab", area, tension, inverse, inverse)
         curvatures = None
@@ -141,7 +142,7 @@ def _deflection_tails(
             turned = np.stack([xx, xy + yx, yy], axis=2)
             curvatures = np.einsum("c,cka,ckb->cab", bending * area, turned, turned)
         factor = _orthonormal(plate.degree, slopes, curvatures)
-        tails += _tails(plate.degree, factor, deflections[dofs[cells]], whole)
+        tails += _tails(plate.degree, factor, deflections[dofs[cells]])
     return tails
 
 
@@ -198,24 +199,24 @@ def _orthonormal(
     if curvatures is not None:
         energy += curvatures.reshape(-1, 9) @ known.curvatures.reshape(9, -1)
     energy = energy.reshape(-1, n, n)
-    size = np.sqrt(np.diagonal(energy, axis1=1, axis2=2))
-    size = np.maximum(size, DEPENDENT * size.max(axis=1, keepdims=True))  # rigid motions have none
+    square = np.diagonal(energy, axis1=1, axis2=2)
+    # rigid motions have none
+    size = np.sqrt(np.maximum(square, DEPENDENT * square.max(axis=1, keepdims=True)))
     scaled = energy / (size[:, :, None] * size[:, None, :]) + DEPENDENT * np.eye(n)
     factor = np.swapaxes(np.linalg.cholesky(scaled), 1, 2)
     return np.asarray(factor * size[:, None, :] @ known.coefficients)
 
 
-def _tails(
-    degree: int, factor: np.ndarray, local: np.ndarray, whole: bool = False
-) -> np.ndarray:
-    """Energies (3, m) beyond degree k - 1, k - 2 and k - 3 of nodal values (c, n, m) in cells.
-
-    ``whole``: (4, m), the last of all.
-    """
+def _tails(degree: int, factor: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Energies (4, m) of nodal values (c, n, m) in cells: beyond three degrees, and all of it."""
     squares = np.sum(np.matmul(factor, local) ** 2, axis=0)
+    return np.array([squares[first:].sum(axis=0) for first in (*_beyond(degree), 0)])
+
+
+def _beyond(degree: int) -> list[int]:
+    """First polynomials beyond degree k - 1, k - 2 and k - 3."""
     kept = [max(degree - back, 0) for back in (1, 2, 3)]
-    first = [(k + 1) * (k + 2) // 2 for k in kept] + [0] * whole
-    return np.array([squares[i:].sum(axis=0) for i in first])
+    return [(k + 1) * (k + 2) // 2 for k in kept]
 
 
 def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
@@ -228,10 +229,8 @@ def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
         heights.append(np.abs(local).max(axis=1))
         squares = np.matmul(coefficients, local) ** 2
         # the reference triangle's area is a half
-        kept = [max(plate.degree - back, 0) for back in (1, 2, 3)]
-        tails.append(
-            np.array([2 * squares[:, (k + 1) * (k + 2) // 2 :].sum(axis=1) for k in kept])
-        )
+        parts = [2 * squares[:, i:].sum(axis=1) for i in _beyond(plate.degree)]
+        tails.append(np.array(parts))
     height, squares = np.concatenate(heights), np.concatenate(tails, axis=1)
     highest = height.max(axis=0, initial=0.0)
     plate.domain.comm.Allreduce(MPI.IN_PLACE, highest, op=MPI.MAX)

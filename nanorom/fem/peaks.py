@@ -30,6 +30,7 @@ REACH = 3.5  # largest wavenumber x radius that so many directions represent to 
 SHARES = (1.0, 0.75, 0.56)  # of the radius: the discs on which a value is fitted
 BY_CHANCE = 0.2  # rate of settling below which two values may be alike by chance
 STEEPEST = 24.0  # largest decay rate x radius at which evanescent waves are fitted
+MILD = 8.0  # the same of discs that reach beyond the edge
 CLEAR = 12.0  # decay lengths off the edge beyond which they need not be
 SMOOTHNESS = 3  # exponent of the weight (1 - r^2/radius^2)
 LONGEST = 2.0  # reach of a wave, by the shortest one's, with which it still is fitted
@@ -92,7 +93,8 @@ def _radius(modes: Modes, i: int, inside: float) -> float:
         # clear of the edge and of the layer in which the film bends there, or so small that the
         # evanescent waves are those of the layer
         clear = inside - CLEAR / decays.min()
-        radius = min(radius, max(clear, STEEPEST / decays.max()))
+        within = min(STEEPEST / decays.max(), max(inside, MILD / decays.max()))
+        radius = min(radius, max(clear, within))
     return float(max(radius, np.finfo(float).tiny))
 
 
