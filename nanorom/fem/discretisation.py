@@ -208,11 +208,9 @@ def _rectangle(
     lines = {}
     crossing = {"x": OPPOSITE["y"], "y": OPPOSITE["x"]}
     for axis, side in sides.items():
-        corner = 0.0 if tolerance is None else tolerance ** (1 / CORNER_EXPONENT)
-        if all(scene.supports[end] == "free" for end in crossing[axis]):
-            corner = np.inf  # graded by itself
+        free = all(scene.supports[end] == "free" for end in crossing[axis])
         low, high = (
-            _end_rows(scene.supports[end], min(size, side / 2), corner, layer)
+            _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, not free)
             for end in OPPOSITE[axis]
         )
         half = axis in mirrors.axes
@@ -238,16 +236,23 @@ def _rectangle(
     )
 
 
-def _end_rows(kind: Kind, size: float, corner: float, layer: float) -> np.ndarray:
+def _end_rows(
+    kind: Kind, size: float, layer: float, tolerance: float | None, corners: bool
+) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
-    corner : smallest row that its corners need, by size; layer : in which it bends, if clamped.
+    layer : in which it bends, if clamped; corners: whether its corners are not graded by themselves.
     """
-    if kind == "free":
+    if kind == "free" or tolerance is None:
         return np.empty(0)
-    bends = (kind == "clamped" or isinstance(kind, Spring)) and layer > 0
-    smallest = min(layer, corner * size) if bends else corner * size
-    return _shrinking(size, smallest, CORNER_RATIO)
+    rows = np.empty(0)
+    if kind == "clamped" or isinstance(kind, Spring):
+        rows = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+    if not corners:
+        return rows
+    last = float(np.append(size, rows)[-1])
+    smallest = size * tolerance ** (1 / CORNER_EXPONENT)
+    return np.concatenate([rows, _shrinking(last, smallest, CORNER_RATIO)])
 
 
 def cells_of(chosen: Discretisation) -> int | None:
