@@ -30,6 +30,7 @@ LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for
 ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
+CORNER_ERROR = 1e-2  # of that field where no row shrinks towards the corner
 CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
 
 
@@ -251,7 +252,7 @@ def _end_rows(
     if not corners:
         return rows
     last = float(np.append(size, rows)[-1])
-    smallest = size * tolerance ** (1 / CORNER_EXPONENT)
+    smallest = size * (tolerance / CORNER_ERROR) ** (1 / CORNER_EXPONENT)
     return np.concatenate([rows, _shrinking(last, smallest, CORNER_RATIO)])
 
 
