@@ -40,6 +40,7 @@ class Claim:
 
 def rows(quick: bool = False) -> Iterator[Claim]:
     """Drums from plate to membrane and to buckling, with few modes and many; square and strings."""
+    cases: list[tuple[exact.Case, tuple[float, ...]]]
     if quick:
         cases = [(exact.drum(100.0, count=3), (1e-3, 1e-6)), (exact.square(3), (1e-3, 1e-6))]
     else:

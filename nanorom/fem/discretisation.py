@@ -27,6 +27,7 @@ GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the l
 OUTERMOST = 4.5  # of the layer: width of the cells at the edge at tolerance 1e-6
 OUTERMOST_RATE = 7.4  # at which errors fall with that width
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
+AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
 ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
@@ -129,7 +130,8 @@ def _disc(
     """
     shrinking = np.empty(0)
     if tolerance is not None:
-        shrinking = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+        rings = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+        shrinking = _within(1.0, rings)
     inner = 1 - shrinking.sum()
     n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
     uniform = inner / n_inner * np.arange(1, n_inner + 1)
@@ -188,6 +190,11 @@ def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
     return size * (smallest / size) ** (np.arange(1, count + 1) / count)
 
 
+def _within(half: float, widths: np.ndarray) -> np.ndarray:
+    """Widths towards an edge, all narrower where they would take more than a share of the half."""
+    return widths * min(1.0, AT_EDGE * half / max(widths.sum(), AT_EDGE * half))
+
+
 def _rectangle(
     scene: Scene,
     geometry: Rectangle,
@@ -211,7 +218,10 @@ def _rectangle(
     for axis, side in sides.items():
         free = all(scene.supports[end] == "free" for end in crossing[axis])
         low, high = (
-            _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, not free)
+            _within(
+                side / 2,
+                _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, not free),
+            )
             for end in OPPOSITE[axis]
         )
         half = axis in mirrors.axes
@@ -242,7 +252,7 @@ def _end_rows(
 ) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
-    layer : in which it bends, if clamped; corners: whether its corners are not graded by themselves.
+    layer : in which it bends, if clamped; corners: whether it has corners that are graded so.
     """
     if kind == "free" or tolerance is None:
         return np.empty(0)
