@@ -72,8 +72,12 @@ def plate_roots(kappa: float, count: int) -> list[tuple[float, int, float]]:
     Compression (kappa < 0) is allowed up to buckling.
     """
 
-    def characteristic(b: float, p: int) -> float:
-        g = np.sqrt(b**2 + kappa)
+    def wavenumbers(smaller: float) -> tuple[float, float]:
+        larger = float(np.sqrt(smaller**2 + abs(kappa)))  # of the smaller one: nothing cancels
+        return (smaller, larger) if kappa >= 0 else (larger, smaller)
+
+    def characteristic(smaller: float, p: int) -> float:
+        b, g = wavenumbers(smaller)
         ratio = 0.5 * (ive(p - 1, g) + ive(p + 1, g)) / ive(p, g)
         return float(b * jvp(p, b) - g * ratio * jv(p, b))
 
@@ -82,14 +86,13 @@ def plate_roots(kappa: float, count: int) -> list[tuple[float, int, float]]:
     for p in range(HIGHEST):
         grid = np.arange(0.5 + 0.8 * p, highest, 0.05)
         if kappa < 0:  # near buckling g is small
-            lowest = np.sqrt(-kappa)
-            near = lowest * (1 + np.geomspace(1e-8, 0.01, 40))
-            grid = np.concatenate([near, grid[grid > near[-1]]])
-        values = [characteristic(b, p) for b in grid]
+            grid = np.concatenate([np.geomspace(1e-6, 0.05, 40), np.arange(0.1, highest, 0.05)])
+        values = [characteristic(x, p) for x in grid]
         for low, high, f, g in zip(grid, grid[1:], values, values[1:]):
             if f * g < 0:
-                b = float(brentq(characteristic, low, high, args=(p,), xtol=1e-14, rtol=1e-14))
-                found.append((b * np.sqrt(b**2 + kappa), p, b))
+                root = brentq(characteristic, low, high, args=(p,), xtol=1e-15, rtol=1e-14)
+                b, g = wavenumbers(float(root))
+                found.append((b * g, p, b))
     return sorted(found)
 
 

@@ -1,14 +1,16 @@
 """How far a solution is from that of the stated model, read off its own spectral decay.
 
-In every cell the fields are expanded in orthonormal polynomials.  The energy beyond degree p is,
-to a constant of order one, the error of a discretisation of degree p, because a Galerkin solution
-is the best approximation in energy (Babuska and Osborn 1991 for eigenvalues).  Known for degrees
-below the one computed with, it is extrapolated to that degree.  The constants were set against the
-exact solutions of discs, squares and strings (``nanorom bench --accuracy``).
+A Galerkin solution is the best approximation in energy, and a polynomial of degree p is all that a
+cell can hold: the energy beyond degree p is, to a constant of order one, the error of degree p
+(Babuska and Osborn 1991 for eigenvalues).  In every cell the fields are expanded in polynomials
+that are orthonormal in the energy and sorted by degree, so that sums of squares tell the energy
+beyond any degree below the one computed with, and extrapolation what is beyond that.  The constants
+were set against the exact solutions of discs, squares and strings (``nanorom bench --accuracy``).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import attrs
@@ -16,16 +18,18 @@ import basix
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.fem import compat, membrane, quadrature
+from nanorom.fem import algebra, compat, quadrature
 from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 
 ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
 POINTWISE = 12.0  # from a shape's extrapolated tail in the cells at its peak to its error there
 AT_PEAK = 0.9  # of the largest value: what a cell at the peak has somewhere
-AVERAGES = 3.0  # from the energy of the tail of a shape to the error of integrals over it
-IN_PLANE = 6.0  # from the extrapolated tail of the in-plane displacement to its error
-BACK = 2  # degrees between the two tails that are compared
+FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its eigenvalue
+AVERAGES = 6.0  # from that of a shape and of what weighs it to the error of integrals over it
+IN_PLANE = 3.0  # from that of the in-plane displacement to its error
+DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
+CHUNK = 256  # cells at a time
 
 
 @attrs.frozen(eq=False)
@@ -46,39 +50,25 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
 
     stiffening : isotropic tension that acts beyond the plate's own, see `stiffening_of`.
     """
-    plate, n_modes = modes.plate, modes.shapes.shape[1]
-    local = modes.shapes[compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]]
-    totals, square = np.zeros((2, n_modes)), np.zeros(n_modes)  # energy of the two tails
-    heights, tails_of_cells = [np.empty((0, n_modes))], [np.empty((2, 0, n_modes))]
-    projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
-    for field in quadrature.fields(plate, columns=2 * n_modes):
-        cells = local[field.cells]
-        values = np.matmul(field.values, cells)
-        square += _integral(field, values**2)
-        heights.append(np.abs(values).max(axis=1))
-        tails = [np.matmul(projection, cells) for projection in projections]
-        totals += [_linear_energy(plate, field, tail, stiffening) for tail in tails]
-        tails_of_cells.append(np.array([_mean_square(field, tail) for tail in tails]))
-    comm = plate.domain.comm
-    totals, square = comm.allreduce(totals), comm.allreduce(square)
+    plate, n_modes, comm = modes.plate, modes.shapes.shape[1], modes.plate.domain.comm
+    owned = modes.shapes[: modes.n_owned]
+    square = comm.allreduce(np.sum(owned * algebra.multiply(modes.mass, owned), axis=0))
     total_energy = modes.eigenvalues * square
     diagonal = np.zeros(n_modes)
     for parity in sorted(set(modes.parities)):
         own = [i for i, p in enumerate(modes.parities) if p == parity]
         entries = modes.stiffness[parity].getDiagonal().array
-        diagonal[own] = np.abs(entries) @ modes.shapes[: modes.n_owned, own] ** 2
+        diagonal[own] = np.abs(entries) @ owned[:, own] ** 2
+    # under compression the energy is a difference, and all that is small beside its parts counts
+    beyond, last, whole = comm.allreduce(_deflection_tails(plate, modes.shapes, stiffening))
     # of the curvature at a point, not of the matrix's entries, which are its squares
-    rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / total_energy)
-    discretisation = 0.5 * extrapolated(totals[1], totals[0]) / total_energy
-    # what an integral weighs a shape with varies faster than the shape, and its tail is larger
-    average = AVERAGES * 0.5 * totals[1] / total_energy
-    height, squares = np.concatenate(heights), np.concatenate(tails_of_cells, axis=1)
-    highest = height.max(axis=0, initial=0.0)
-    comm.Allreduce(MPI.IN_PLACE, highest, op=MPI.MAX)
-    at_peak = np.where(height > AT_PEAK * highest, squares, 0.0).max(axis=1, initial=0.0)
-    comm.Allreduce(MPI.IN_PLACE, at_peak, op=MPI.MAX)
-    scale = POINTWISE * np.sqrt(extrapolated(at_peak[1], at_peak[0])) / highest
-    return ModeErrors(discretisation + rounding, rounding, average, scale)
+    rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / whole)
+    # what an integral weighs a shape with varies faster than the shape, as if of one degree less
+    average = AVERAGES * np.sqrt(beyond * last) / whole + rounding
+    scale = POINTWISE * _at_peaks(plate, modes.shapes)
+    rounding = rounding * whole / total_energy
+    frequency = 0.5 * FREQUENCY * beyond / total_energy + rounding
+    return ModeErrors(frequency, rounding, average, scale)
 
 
 def stiffening_of(plate: Plate, tension: float | None) -> float:
@@ -96,16 +86,9 @@ def of_state(plate: Plate, deflection: np.ndarray, stiffening: float) -> float:
 
     Both are smooth functionals of the solution, so they err as its energy does. Collective.
     """
-    dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
-    local = deflection[dofs][..., None]
-    projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
-    energies = np.zeros((3, 1))
-    for field in quadrature.fields(plate, columns=2):
-        cells = local[field.cells]
-        parts = [cells, *(np.matmul(projection, cells) for projection in projections)]
-        energies += [_linear_energy(plate, field, part, stiffening) for part in parts]
-    total, longer, tail = plate.domain.comm.allreduce(energies)
-    return float((extrapolated(tail, longer) / total)[0]) if total[0] > 0 else 0.0
+    tails = _deflection_tails(plate, deflection[:, None], stiffening)
+    beyond, _, total = plate.domain.comm.allreduce(tails)[:, 0]
+    return float(FREQUENCY * beyond / total) if total > 0 else 0.0
 
 
 def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
@@ -116,82 +99,144 @@ def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
     own = np.abs(np.einsum("iiii->i", cubic))
     scale = 4 * np.max(modes.scale * own) / np.abs(cubic).max()
     shape = np.max(modes.average)
-    return float(scale + shape + IN_PLANE * in_plane + modes.rounding.max())
+    return float(scale + shape + IN_PLANE * in_plane)
 
 
-def in_plane_tails(plate: Plate, displacements: np.ndarray) -> np.ndarray:
-    """Membrane energy (2, m) of the tails of in-plane displacements (local dofs, m). Collective."""
+def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
+    """Membrane energy (m,) that in-plane displacements (local dofs, m) leave out. Collective."""
     dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
-    u, v = displacements[2 * dofs], displacements[2 * dofs + 1]
-    energy = np.zeros((2, displacements.shape[1]))
-    projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
-    for field in quadrature.fields(plate, columns=9 * displacements.shape[1]):
-        for i, projection in enumerate(projections):
-            tails = (np.matmul(projection, part[field.cells]) for part in (u, v))
-            strain = membrane.strain_of_cells(field, *tails)
-            xx, yy, xy = strain * membrane.force(plate, strain)
-            energy[i] += _integral(field, xx + yy + 2 * xy)
-    return plate.domain.comm.allreduce(energy)
+    # no strain has more energy than this by the square of its displacement's gradient
+    stiffness = float(plate.membrane_stiffness.value) / (1 - abs(float(plate.nu.value)))
+    tails = np.zeros((3, displacements.shape[1]))
+    for cells, inverse, area in _cell_maps(plate):
+        metric = stiffness * area[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
+        factor = _orthonormal(plate.degree, metric)
+        for component in (0, 1):
+            tails += _tails(plate.degree, factor, displacements[2 * dofs[cells] + component])
+    return np.asarray(plate.domain.comm.allreduce(tails)[0])
 
 
-def extrapolated(tail: np.ndarray, longer: np.ndarray) -> np.ndarray:
-    """What is beyond degree k, from what is beyond k - 1 and beyond k - 1 - `BACK`.
+def extrapolated(tails: np.ndarray) -> np.ndarray:
+    """What is beyond degree k, from what is beyond k - 1, k - 2 and k - 3, (3, ...).
 
-    Each degree is taken to shrink the tail by the same factor.
+    Even and odd degrees do not shrink the tail alike: the next shrinks it as the last but one.
     """
-    decay = np.divide(tail, longer, out=np.ones_like(tail), where=longer > 0)
-    return tail * decay ** (1 / BACK)
+    last, longer, longest = tails
+    return last * np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
 
 
-def _tail_degrees(degree: int) -> tuple[int, int]:
-    return max(degree - 1 - BACK, 0), degree - 1
-
-
-@lru_cache(maxsize=16)
-def _tail_projection(degree: int, kept: int) -> np.ndarray:
-    """Matrix (n, n) from nodal values to those of the part beyond degree ``kept``."""
-    nodes = np.asarray(compat.reference_element(degree).points)
-    basis = compat.orthonormal_polynomials(degree, nodes)
-    beyond = np.arange(len(basis)) >= (kept + 1) * (kept + 2) // 2
-    return (basis.T * beyond) @ np.linalg.inv(basis.T)
-
-
-def _integral(field: quadrature.CellFields, density: np.ndarray) -> np.ndarray:
-    """Integral (L,) of a density (c, q, L)."""
-    return field.weights.ravel() @ density.reshape(field.weights.size, -1)
-
-
-def _mean_square(field: quadrature.CellFields, local: np.ndarray) -> np.ndarray:
-    """Mean (c, L) over each cell of the square of fields with coefficients (c, n, L) in it."""
-    square = np.matmul(field.values, local) ** 2
-    return np.einsum("cq,cql->cl", field.weights, square) / field.weights.sum(axis=1)[:, None]
-
-
-def _linear_energy(
-    plate: Plate, field: quadrature.CellFields, local: np.ndarray, stiffening: float
-) -> np.ndarray:
-    """Energy (L,) of tension and bending inside the cells, without the terms on facets."""
-    slope = field.cell_gradient(local)
+def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
+    """Energies (3, n) of tension and bending in this rank's cells, see `_tails`."""
+    dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
     tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)]) + stiffening
-    energy = _integral(field, np.einsum("d,cqdl->cql", tension, slope**2))
-    if plate.bending:
-        energy += float(plate.bending_stiffness.value) * _integral(
-            field, _curvature_square(plate, field, local)
-        )
-    return energy
+    bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
+    tails = np.zeros((3, deflections.shape[1]))
+    for cells, inverse, area in _cell_maps(plate):
+        slopes = np.einsum("c,d,cad,cbd->cab", area, tension, inverse, inverse)
+        curvatures = None
+        if bending:
+            # grad grad of the reference cell's xx, xy and yy, the curvature of the map left out
+            turned = np.einsum("cad,cbe->cdeab", inverse, inverse)
+            xx, xy, yx, yy = np.moveaxis(turned.reshape(len(cells), 4, 4), 2, 0)
+            turned = np.stack([xx, xy + yx, yy], axis=2)
+            curvatures = np.einsum("c,cka,ckb->cab", bending * area, turned, turned)
+        factor = _orthonormal(plate.degree, slopes, curvatures)
+        tails += _tails(plate.degree, factor, deflections[dofs[cells]])
+    return tails
 
 
-def _curvature_square(
-    plate: Plate, field: quadrature.CellFields, local: np.ndarray
+def _cell_maps(plate: Plate) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Chunks of owned cells: numbers (c,), inverse Jacobians (c, 2, 2) and scale of the area."""
+    middle = np.full((1, 2), 1 / 3)
+    n_cells = quadrature.owned_cells(plate)
+    for first in range(0, n_cells, CHUNK):
+        cells = np.arange(first, min(first + CHUNK, n_cells))
+        jacobian = quadrature.map_cells(plate, cells, middle)[1][:, 0]
+        yield cells, np.linalg.inv(jacobian), np.abs(np.linalg.det(jacobian))
+
+
+@attrs.frozen(eq=False)
+class _Polynomials:
+    """Orthonormal polynomials of the reference triangle up to a degree, sorted by degree.
+
+    coefficients: (n, n) from nodal values to theirs; slopes: (2, 2, n, n) and curvatures:
+    (3, 3, n, n) integrals of products of their first and second derivatives.
+    """
+
+    coefficients: np.ndarray
+    slopes: np.ndarray
+    curvatures: np.ndarray
+
+    @classmethod
+    @lru_cache(maxsize=8)
+    def of(cls, degree: int) -> _Polynomials:
+        element = compat.reference_element(degree)
+        rule = basix.make_quadrature(basix.CellType.triangle, 2 * degree)
+        points, weights = np.asarray(rule[0]), np.asarray(rule[1])
+        at_nodes = compat.orthonormal_polynomials(degree, np.asarray(element.points))
+        nodal = np.asarray(element.tabulate(2, points)).reshape(6, len(points), -1)
+        derivatives = nodal @ at_nodes.T
+        products = [
+            np.einsum("q,aqm,bqn->abmn", weights, part, part, optimize=True)
+            for part in (derivatives[1:3], derivatives[3:])
+        ]
+        return cls(np.linalg.inv(at_nodes.T), *products)
+
+
+def _orthonormal(
+    degree: int, slopes: np.ndarray, curvatures: np.ndarray | None = None
 ) -> np.ndarray:
-    """|grad grad|^2 (c, q, L), the curvature of the cells' maps left out."""
-    points = np.asarray(
-        basix.make_quadrature(basix.CellType.triangle, plate.stretching_degree)[0]
-    )
-    second = np.asarray(compat.reference_element(plate.degree).tabulate(2, points))
-    second = second.reshape(6, len(points), -1)[[3, 4, 5]]
-    inverse = np.linalg.inv(quadrature.map_cells(plate, field.cells, points)[1])
-    xx, xy, yy = (np.matmul(part, local) for part in second)
-    reference = np.stack([np.stack([xx, xy], axis=2), np.stack([xy, yy], axis=2)], axis=2)
-    curvature = np.einsum("cqijl,cqid,cqje->cqdel", reference, inverse, inverse, optimize=True)
-    return np.sum(curvature**2, axis=(2, 3))
+    """Matrices (c, n, n) from nodal values in cells to polynomials orthonormal in their energy.
+
+    slopes: (c, 2, 2) and curvatures: (c, 3, 3) weigh the products of first and second derivatives
+    in the reference cell.  Of Cholesky's factor: sorted by degree, each of the polynomials is
+    orthogonal to all before it.
+    """
+    known = _Polynomials.of(degree)
+    n = len(known.coefficients)
+    energy = slopes.reshape(-1, 4) @ known.slopes.reshape(4, -1)
+    if curvatures is not None:
+        energy += curvatures.reshape(-1, 9) @ known.curvatures.reshape(9, -1)
+    energy = energy.reshape(-1, n, n)
+    square = np.diagonal(energy, axis1=1, axis2=2)
+    # rigid motions have none
+    size = np.sqrt(np.maximum(square, DEPENDENT * square.max(axis=1, keepdims=True)))
+    scaled = energy / (size[:, :, None] * size[:, None, :]) + DEPENDENT * np.eye(n)
+    factor = np.swapaxes(np.linalg.cholesky(scaled), 1, 2)
+    return np.asarray(factor * size[:, None, :] @ known.coefficients)
+
+
+def _tails(degree: int, factor: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Energies (3, m) of nodal values (c, n, m): beyond the degree k, beyond k - 1, and all of it.
+
+    Extrapolated cell by cell: in a corner, where the solution is singular, it decays slowly.
+    """
+    squares = np.matmul(factor, local) ** 2
+    tails = np.array([squares[:, first:].sum(axis=1) for first in _beyond(degree)])
+    return np.array([extrapolated(tails).sum(axis=0), tails[0].sum(axis=0), squares.sum((0, 1))])
+
+
+def _beyond(degree: int) -> list[int]:
+    """First polynomials beyond degree k - 1, k - 2 and k - 3."""
+    kept = [max(degree - back, 0) for back in (1, 2, 3)]
+    return [(k + 1) * (k + 2) // 2 for k in kept]
+
+
+def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+    """What shapes (local dofs, n) leave out in the cells at their peaks: rms, relative (n,)."""
+    dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
+    coefficients = _Polynomials.of(plate.degree).coefficients
+    heights, tails = [np.empty((0, shapes.shape[1]))], [np.empty((3, 0, shapes.shape[1]))]
+    for first in range(0, len(dofs), CHUNK):
+        local = shapes[dofs[first : first + CHUNK]]
+        heights.append(np.abs(local).max(axis=1))
+        squares = np.matmul(coefficients, local) ** 2
+        # the reference triangle's area is a half
+        parts = [2 * squares[:, i:].sum(axis=1) for i in _beyond(plate.degree)]
+        tails.append(np.array(parts))
+    height, squares = np.concatenate(heights), np.concatenate(tails, axis=1)
+    highest = height.max(axis=0, initial=0.0)
+    plate.domain.comm.Allreduce(MPI.IN_PLACE, highest, op=MPI.MAX)
+    at_peak = np.where(height > AT_PEAK * highest, squares, 0.0).max(axis=1, initial=0.0)
+    plate.domain.comm.Allreduce(MPI.IN_PLACE, at_peak, op=MPI.MAX)
+    return np.asarray(np.sqrt(extrapolated(at_peak)) / highest)

@@ -20,14 +20,18 @@ from nanorom.film import Kind, Spring
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene, String
 
 DEGREE = 8
-CALIBRATION = (2.25, 8.5e-8, 10.5)  # wavenumber x size, estimated error, rate: drum, degree 8
-COARSEST = 0.8  # of the film's half width
+WAVES = (2.69, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
+RATE = 14.0  # at which errors fall with the size
+COARSEST = 1.0  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
-OUTERMOST = 1.2  # of the layer: width of a drum's outermost ring
+OUTERMOST = 4.5  # of the layer: width of the cells at the edge at tolerance 1e-6
+OUTERMOST_RATE = 7.4  # at which errors fall with that width
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
+AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
 ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
+CORNER_ERROR = 1e-2  # of that field where no row shrinks towards the corner
 CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
 
 
@@ -66,7 +70,7 @@ def choose(
     if tolerance is None:
         size = accuracy.mesh_size / length if accuracy.mesh_size else COARSEST
     else:
-        size = _cell_size(geometry, scene.modes.highest, length, tolerance)
+        size = _cell_size(geometry, scene.modes.highest, length, layer, tolerance)
     order = max(degree, 2)
     if isinstance(geometry, Disc):
         spot = _spot(scene, length, tolerance)
@@ -79,7 +83,7 @@ def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discreti
     degree = scene.accuracy.degree or DEGREE
     finer = 1.0
     if tolerance is not None and scene.accuracy.tolerance is not None:
-        finer = (tolerance / scene.accuracy.tolerance) ** (1 / CALIBRATION[2])
+        finer = (tolerance / scene.accuracy.tolerance) ** (1 / RATE)
     corners = _corners(scene, tolerance)
     return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
 
@@ -89,12 +93,13 @@ def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
 
 
 def _cell_size(
-    geometry: Disc | Rectangle, count: int, length: float, tolerance: float
+    geometry: Disc | Rectangle, count: int, length: float, layer: float, tolerance: float
 ) -> float:
     """Size of degree-8 cells for a tolerance at the shortest wavelength."""
     wavenumber = shortest_wave(geometry, count) * length
-    scaled, error, rate = CALIBRATION
-    return min(COARSEST, scaled / wavenumber * (tolerance / error) ** (1 / rate))
+    plate, membrane = WAVES
+    scaled = (plate if layer else membrane) * (tolerance / 1e-6) ** (1 / RATE)
+    return min(COARSEST, scaled / wavenumber)
 
 
 def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:
@@ -125,7 +130,8 @@ def _disc(
     """
     shrinking = np.empty(0)
     if tolerance is not None:
-        shrinking = _shrinking(size, OUTERMOST * layer, _layer_ratio(tolerance))
+        rings = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+        shrinking = _within(1.0, rings)
     inner = 1 - shrinking.sum()
     n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
     uniform = inner / n_inner * np.arange(1, n_inner + 1)
@@ -141,7 +147,7 @@ def _disc(
         "radius": 1.0,
         "rings": len(radii) - 1,
         "growth": GROWTH,
-        "sectors": 4 * np.ceil(GROWTH * (n_inner + (0.5 if len(shrinking) else 0))),
+        "sectors": 4 * np.ceil(GROWTH * np.ceil(1 / size - 1e-9)),
         "quadrants": 4 // mirrors.copies,
     }
     equal = np.linspace(0.0, 1.0, len(radii))
@@ -166,6 +172,11 @@ def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
     return load.radius / length or float(np.sqrt(tolerance))
 
 
+def _outermost(layer: float, tolerance: float) -> float:
+    """Width of the cells at a clamped edge."""
+    return layer * OUTERMOST * (tolerance / 1e-6) ** (1 / OUTERMOST_RATE)
+
+
 def _layer_ratio(tolerance: float) -> float:
     """Widths of neighbouring rings towards the edge."""
     return max(2.0, LAYER_RATIO * (tolerance / 1e-4) ** 0.06)
@@ -177,6 +188,11 @@ def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
         return np.empty(0)
     count = int(np.ceil(np.log(size / smallest) / np.log(ratio)))
     return size * (smallest / size) ** (np.arange(1, count + 1) / count)
+
+
+def _within(half: float, widths: np.ndarray) -> np.ndarray:
+    """Widths towards an edge, all narrower where they would take more than a share of the half."""
+    return widths * min(1.0, AT_EDGE * half / max(widths.sum(), AT_EDGE * half))
 
 
 def _rectangle(
@@ -200,11 +216,12 @@ def _rectangle(
     lines = {}
     crossing = {"x": OPPOSITE["y"], "y": OPPOSITE["x"]}
     for axis, side in sides.items():
-        corner = 0.0 if tolerance is None else tolerance ** (1 / CORNER_EXPONENT)
-        if all(scene.supports[end] == "free" for end in crossing[axis]):
-            corner = np.inf  # graded by itself
+        free = all(scene.supports[end] == "free" for end in crossing[axis])
         low, high = (
-            _end_rows(scene.supports[end], min(size, side / 2), corner, layer)
+            _within(
+                side / 2,
+                _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, not free),
+            )
             for end in OPPOSITE[axis]
         )
         half = axis in mirrors.axes
@@ -230,16 +247,23 @@ def _rectangle(
     )
 
 
-def _end_rows(kind: Kind, size: float, corner: float, layer: float) -> np.ndarray:
+def _end_rows(
+    kind: Kind, size: float, layer: float, tolerance: float | None, corners: bool
+) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
-    corner : smallest row that its corners need, by size; layer : in which it bends, if clamped.
+    layer : in which it bends, if clamped; corners: whether it has corners that are graded so.
     """
-    if kind == "free":
+    if kind == "free" or tolerance is None:
         return np.empty(0)
-    bends = (kind == "clamped" or isinstance(kind, Spring)) and layer > 0
-    smallest = min(layer, corner * size) if bends else corner * size
-    return _shrinking(size, smallest, CORNER_RATIO)
+    rows = np.empty(0)
+    if kind == "clamped" or isinstance(kind, Spring):
+        rows = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+    if not corners:
+        return rows
+    last = float(np.append(size, rows)[-1])
+    smallest = size * (tolerance / CORNER_ERROR) ** (1 / CORNER_EXPONENT)
+    return np.concatenate([rows, _shrinking(last, smallest, CORNER_RATIO)])
 
 
 def cells_of(chosen: Discretisation) -> int | None:

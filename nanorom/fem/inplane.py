@@ -39,8 +39,8 @@ class InPlane:
 
 def known(plate: Plate, displacements: np.ndarray) -> InPlane:
     """What displacements (local dofs, m) tell, errors not yet relative. Collective."""
-    longer, tail = accuracy.in_plane_tails(plate, displacements)
-    return InPlane(float(accuracy.extrapolated(tail, longer).max()), slowest(plate, displacements))
+    error = float(accuracy.in_plane_errors(plate, displacements).max())
+    return InPlane(error, slowest(plate, displacements))
 
 
 def slowest(plate: Plate, displacements: np.ndarray) -> float:

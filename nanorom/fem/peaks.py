@@ -11,7 +11,8 @@ with D k^4 + T(d) k^2 = lambda and T(d) = T_x d_x^2 + T_y d_y^2.  So are the pro
 cosines in x and y that they make with their mirror images.  Waves fitted to the mode by
 weighted least squares on a disc about the peak average the error away, and their value is the
 peak's (an extraction in the sense of Babuska and Miller 1984, doi:10.1002/nme.1620200610; plane
-waves as local solutions: Trefftz 1926).  Two discs give an estimate of the error.
+waves as local solutions: Trefftz 1926).  Three discs tell how far it is settled, and give an
+estimate of the error.
 """
 
 from __future__ import annotations
@@ -30,9 +31,11 @@ from nanorom.fem.symmetry import AXES
 
 DIRECTIONS = 7  # of the waves, over a quarter turn
 REACH = 3.5  # largest wavenumber x radius that so many directions represent to 1e-9
-SMALLER = 0.7  # radius of the second disc
-STEEPEST = 8.0  # largest decay rate x radius at which evanescent waves are fitted
-CLEAR = 6.0  # decay lengths off the edge beyond which they need not be
+SHARES = (1.0, 0.75, 0.56)  # of the radius: the discs on which a value is fitted
+BY_CHANCE = 0.2  # rate of settling below which two values may be alike by chance
+STEEPEST = 24.0  # largest decay rate x radius at which evanescent waves are fitted
+MILD = 8.0  # the same of discs that reach beyond the edge
+CLEAR = 12.0  # decay lengths off the edge beyond which they need not be
 SMOOTHNESS = 3  # exponent of the weight (1 - r^2/radius^2)
 LONGEST = 2.0  # reach of a wave, by the shortest one's, with which it still is fitted
 CUTOFF = 1e-13  # of singular values
@@ -60,8 +63,18 @@ def fitted(
     rule = _rule(modes.plate)
     cells = _sampled(modes.plate, len(rule[1]), float(np.pi * radii.min() ** 2 / area))
     fields = quadrature.fields_at(modes.plate, *rule, 4 * len(modes.parities), cells)
-    values, smaller = _values(modes, fields, owners, waves, (1.0, SMALLER))
-    return values, np.abs(values - smaller)
+    return _settled(_values(modes, fields, owners, waves, SHARES))
+
+
+def _settled(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Value (n,) on the largest of three discs that shrink by one factor, (3, n), and its error.
+
+    A larger disc averages more of the error away: values settle, at a rate that three tell.
+    """
+    largest, middle, smallest = values
+    change, before = np.abs(largest - middle), np.abs(middle - smallest)
+    rate = np.divide(change, before, out=np.ones_like(change), where=before > change)
+    return largest, change * np.maximum(rate, BY_CHANCE)
 
 
 @attrs.frozen(eq=False)
@@ -95,7 +108,8 @@ class _Waves:
             # clear of the edge and of the layer in which the film bends there, or so small that
             # the evanescent waves are those of the layer
             clear = inside - CLEAR / decays.min()
-            radius = min(radius, max(clear, STEEPEST / decays.max()))
+            within = min(STEEPEST / decays.max(), max(inside, MILD / decays.max()))
+            radius = min(radius, max(clear, within))
         radius = float(max(radius, np.finfo(float).tiny))
         straight = waves * radius < LONGEST * REACH  # no waves much shorter than the others
         mild = decays * radius < (1 + ROUNDING) * STEEPEST
