@@ -228,7 +228,7 @@ class ClassSolver:
         self, k: PETSc.Mat, m: PETSc.Mat, count: int
     ) -> tuple[np.ndarray, np.ndarray]:
         """The lowest modes, by iterations from those of the same mesh in degree 2. Collective."""
-        coarse = multigrid.prolongation(self.free)
+        _, coarse = multigrid.coarse_space(self.free)
         pair = k.ptap(coarse), m.ptap(coarse)
         start = algebra.multiply(coarse, lowest(*pair, count + EXTRA)[1])
         for matrix in (*pair, coarse):
