@@ -122,12 +122,12 @@ def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
 def in_plane_tails(plate: Plate, displacements: np.ndarray) -> np.ndarray:
     """Membrane energy (2, m) of the tails of in-plane displacements (local dofs, m). Collective."""
     dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
-    u, v = displacements[2 * dofs], displacements[2 * dofs + 1]
     energy = np.zeros((2, displacements.shape[1]))
     projections = [_tail_projection(plate.degree, p) for p in _tail_degrees(plate.degree)]
     for field in quadrature.fields(plate, columns=9 * displacements.shape[1]):
+        own = 2 * dofs[field.cells]
         for i, projection in enumerate(projections):
-            tails = (np.matmul(projection, part[field.cells]) for part in (u, v))
+            tails = (np.matmul(projection, displacements[own + axis]) for axis in (0, 1))
             strain = membrane.strain_of_cells(field, *tails)
             xx, yy, xy = strain * membrane.force(plate, strain)
             energy[i] += _integral(field, xx + yy + 2 * xy)

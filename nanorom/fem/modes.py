@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import attrs
@@ -19,6 +20,7 @@ from nanorom.fem.symmetry import Parity
 EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
 SETTLED = 1e-10  # relative change of a shape at which iterations end; of an eigenvalue its square
+NEARLY = 1e-7  # the same while the matrix does for the force
 MOST_STEPS = 120  # of iterations from the modes of degree 2
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
@@ -235,8 +237,12 @@ class ClassSolver:
             matrix.destroy()
         try:
             solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
+            by_matrix = functools.partial(algebra.multiply, k)
+            start = polished(
+                by_matrix, m, solver.solve_once, start, MOST_STEPS // 4, EXTRA, NEARLY
+            )[1]
             values, vectors, change = polished(
-                self._force, m, solver.solve_once, start, MOST_STEPS, EXTRA, SETTLED
+                self._force, m, solver.solve_once, start, MOST_STEPS, 0, SETTLED
             )
         except algebra.IndefiniteError as error:
             raise UnstableError(

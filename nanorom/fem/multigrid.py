@@ -22,8 +22,6 @@ from nanorom.fem.patches import VertexPatches
 
 DAMPING = 1.5  # of the patches' sum, over its largest eigenvalue; the iteration stands up to 2
 POWER_STEPS = 15  # to find the largest eigenvalue
-COLUMNS = 8  # solved at once: a dozen arrays of them are held
-CONVERGED = 1e-12  # residual relative to the right-hand side
 MOST_ITERATIONS = 300
 STALLED = 1e-300
 LARGEST_FACTORS = 3_000_000  # unknowns of a problem that is still factorised unless asked
@@ -85,6 +83,8 @@ class Multigrid:
     positive definite.
     """
 
+    columns = 8  # solved at once: a dozen arrays of them are held
+
     def __init__(
         self,
         free: algebra.FreeDofs,
@@ -138,41 +138,43 @@ class Multigrid:
         x += self._damping * self._patches(residual)
         return x
 
-    def solve(self, right_hand_sides: np.ndarray) -> np.ndarray:
+    def solve(
+        self, right_hand_sides: np.ndarray, error: float = algebra.SOLVED
+    ) -> np.ndarray:
         """Solutions (owned rows, m) for right-hand sides (owned rows, m). Collective.
 
-        Raises SolverError if a relative residual stays above `algebra.RESIDUAL_TOLERANCE`.
+        error : relative to the solution, in the norm of its energy, at which iterations end; it
+        is known to the factor by which a cycle is not yet a solution.  Raises SolverError if it
+        is not reached.
         """
         x = np.empty_like(right_hand_sides)
-        for first in range(0, x.shape[1], COLUMNS):
-            some = slice(first, first + COLUMNS)
-            x[:, some] = self._solved(right_hand_sides[:, some])
+        for first in range(0, x.shape[1], self.columns):
+            some = slice(first, first + self.columns)
+            x[:, some] = self._solved(right_hand_sides[:, some], error)
         return x
 
-    def _solved(self, right_hand_sides: np.ndarray) -> np.ndarray:
+    def _solved(self, right_hand_sides: np.ndarray, error: float) -> np.ndarray:
         residual = np.array(right_hand_sides, order="F")
-        x = np.zeros_like(residual)
-        size = np.sqrt(self._dot(residual, residual))
-        step, old = np.zeros_like(residual), np.ones(residual.shape[1])
-        left = size
+        x, step = np.zeros_like(residual), np.zeros_like(residual)
+        corrected = self.solve_once(residual)
+        square = whole = self._dot(residual, corrected)
+        old = np.ones_like(square)
         iterations = 0
-        while (left > CONVERGED * size).any() and iterations < MOST_ITERATIONS:
+        while (square > error**2 * whole).any() and iterations < MOST_ITERATIONS:
             iterations += 1
-            corrected = self.solve_once(residual)
-            new = self._dot(residual, corrected)
-            step *= new / np.maximum(old, STALLED)
+            step *= square / np.maximum(old, STALLED)
             step += corrected
             image = algebra.multiply(self.matrix, step)
-            length = new / np.maximum(self._dot(step, image), STALLED)
+            length = square / np.maximum(self._dot(step, image), STALLED)
             x += length * step
             residual -= length * image
-            old = new
-            left = np.sqrt(self._dot(residual, residual))
-        relative = float((left / np.maximum(size, STALLED)).max(initial=0.0))
+            corrected = self.solve_once(residual)
+            old, square = square, self._dot(residual, corrected)
+        relative = float(np.sqrt((square / np.maximum(whole, STALLED)).max(initial=0.0)))
         self._solvers.note(iterations, relative)
-        if not relative <= algebra.RESIDUAL_TOLERANCE:
+        if not relative <= error:
             raise SolverError(
-                f"the {self.meaning} was solved to a relative residual of {relative:.1e} only in "
+                f"the {self.meaning} was solved to a relative error of {relative:.1e} only in "
                 f"{iterations} iterations of multigrid; check the mesh for degenerate cells, or "
                 'set reduction.solver = "factors"'
             )

@@ -24,7 +24,7 @@ from nanorom.fem.symmetry import Parity
 
 POLISHED = 1e-12  # relative change of a shape below which it is not corrected again
 MOST_CORRECTIONS = 6
-MOST_KEPT, KEPT = 12, 4  # directions per vector at which a space is cut down, and to how many
+MOST_KEPT, KEPT = 5, 2  # directions per vector at which a space is cut down, and to how many
 DEPENDENT = 1e-12  # of a square: directions that add nothing to the others
 Columns = Callable[[np.ndarray], np.ndarray]  # (owned rows, m) -> (owned rows, m)
 
@@ -118,7 +118,7 @@ class Subspace:
 
     def __init__(self, comm: MPI.Comm, force: Columns, mass: PETSc.Mat) -> None:
         self._comm, self._force, self._mass = comm, force, mass
-        self._parts: tuple[np.ndarray, ...] = ()  # columns, forces, masses
+        self._parts: list[np.ndarray] = []  # columns, forces, masses
 
     def add(self, columns: np.ndarray) -> None:
         """Make the space larger by columns (owned rows, m). Collective.
@@ -139,7 +139,11 @@ class Subspace:
             kept = squares > DEPENDENT
             rotation = rotation[:, kept] / np.sqrt(squares[kept]) / size[:, None]
             new = tuple(part @ rotation for part in new)
-        self._parts = tuple(map(np.hstack, zip(self._parts, new))) if self._parts else new
+        if not self._parts:
+            self._parts = list(new)
+            return
+        for i, part in enumerate(new):  # one by one: together they are what fills the memory
+            self._parts[i] = np.hstack([self._parts[i], part])
 
     def lowest(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ritz values (m,), vectors (owned rows, m) of unit mass, and residuals. Collective."""
@@ -156,4 +160,5 @@ class Subspace:
         if columns.shape[1] > most:
             mass = self._comm.allreduce(columns.T @ masses)
             rotation = np.linalg.eigh(-0.5 * (mass + mass.T))[1][:, :kept]
-            self._parts = tuple(part @ rotation for part in self._parts)
+            for i, part in enumerate(self._parts):
+                self._parts[i] = part @ rotation
