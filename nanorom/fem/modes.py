@@ -20,7 +20,7 @@ from nanorom.fem.symmetry import Parity
 EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
 SETTLED = 1e-10  # relative change of a shape at which iterations end; of an eigenvalue its square
-NEARLY = 1e-7  # the same while the matrix does for the force
+NEARLY, FIRST_STEPS = 1e-8, 30  # the same as long as the matrix stands for the force, which costs more
 MOST_STEPS = 120  # of iterations from the modes of degree 2
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
@@ -99,7 +99,8 @@ def solve(plate: Plate, count: int) -> Modes:
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
     mass = algebra.assemble(compat.form(plate.mass_form()))
-    stiffness, force = ClassStiffness(plate), LinearForce.of(plate)
+    spared = plate.solvers.iterates(free_deflections(plate, plate.mirrors.even))
+    stiffness, force = ClassStiffness(plate, spared), LinearForce.of(plate)
     solvers = {p: ClassSolver(plate, p, stiffness, mass, force) for p in stiffness}
     return lowest_of_classes(plate, solvers, stiffness, mass, force, count)
 
@@ -151,11 +152,14 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
     """Transverse stiffness on all degrees of freedom, by class of symmetry. Collective.
 
     An even class has no slope across the mirror; a membrane needs no term for that.  The matrix of
-    a class is made when it is asked for: all of them together are what fills the memory.
+    a class is made when it is asked for: all of them together are what fills the memory.  What is
+    the same for all is kept too, unless memory is to be ``spared``: then the plate's constants have
+    to stay as they are.
     """
 
-    def __init__(self, plate: Plate) -> None:
-        self._base = algebra.assemble(compat.form(plate.stiffness_form()))
+    def __init__(self, plate: Plate, spared: bool = False) -> None:
+        self._form = compat.form(plate.stiffness_form())
+        self._base = None if spared else algebra.assemble(self._form)
         self._axes = plate.mirrors.axes if plate.bending else ()
         self._classes = plate.mirrors.classes
         self._mirrored = {}
@@ -167,9 +171,12 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
 
     def __getitem__(self, parity: Parity) -> PETSc.Mat:
         even = [axis for axis, odd in zip(self._axes, parity) if not odd]
-        if not even:
+        if self._base is None:
+            matrix = algebra.assemble(self._form)
+        elif not even:
             return self._base
-        matrix = self._base.copy()
+        else:
+            matrix = self._base.copy()
         for axis in even:
             matrix.axpy(1.0, self._mirrored[axis], PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         return matrix
@@ -239,7 +246,7 @@ class ClassSolver:
             solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
             by_matrix = functools.partial(algebra.multiply, k)
             start = polished(
-                by_matrix, m, solver.solve_once, start, MOST_STEPS // 4, EXTRA, NEARLY
+                by_matrix, m, solver.solve_once, start, FIRST_STEPS, EXTRA, NEARLY
             )[1]
             values, vectors, change = polished(
                 self._force, m, solver.solve_once, start, MOST_STEPS, 0, SETTLED

@@ -25,7 +25,7 @@ POWER_STEPS = 15  # to find the largest eigenvalue
 MOST_ITERATIONS = 300
 STALLED = 1e-300
 LARGEST_FACTORS = 3_000_000  # unknowns of a problem that is still factorised unless asked
-GAMG = {"mg_levels_pc_type": "jacobi", "pc_gamg_threshold": 0.01}  # a symmetric cycle
+GAMG = {"mg_levels_pc_type": "jacobi", "mg_levels_ksp_max_it": 4}  # symmetric
 
 
 @attrs.define(eq=False)
@@ -67,8 +67,11 @@ class Solvers:
 
 
 def coarse_degree(free: algebra.FreeDofs) -> int:
-    """Lowest degree that has what a smoother cannot see: parabolas of w, straight lines of u."""
-    return 2 if free.space.dofmap.index_map_bs == 1 else 1
+    """Lowest degree that has what a smoother cannot see: parabolas of w, straight lines of u.
+
+    Only a displacement in the plane has two components.
+    """
+    return 1 if free.space.dofmap.index_map_bs == 2 else 2
 
 
 def has_coarse(free: algebra.FreeDofs) -> bool:
@@ -83,7 +86,7 @@ class Multigrid:
     positive definite.
     """
 
-    columns = 8  # solved at once: a dozen arrays of them are held
+    columns = 4  # solved at once: a dozen arrays of them are held
 
     def __init__(
         self,
