@@ -19,8 +19,8 @@ from nanorom.fem.symmetry import Parity
 
 EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
-SETTLED = 1e-10  # relative change of a shape at which iterations end; of an eigenvalue its square
-NEARLY, FIRST_STEPS = 1e-8, 30  # the same as long as the matrix stands for the force, which costs more
+SETTLED = 1e-11  # relative change of a shape at which iterations end; of an eigenvalue its square
+PATIENCE = 3  # steps after which the matrix is too rough to stand for the force, which costs more
 MOST_STEPS = 120  # of iterations from the modes of degree 2
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
@@ -245,11 +245,10 @@ class ClassSolver:
         try:
             solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
             by_matrix = functools.partial(algebra.multiply, k)
-            start = polished(
-                by_matrix, m, solver.solve_once, start, FIRST_STEPS, EXTRA, NEARLY
-            )[1]
+            cycle = solver.solve_once
+            start = polished(by_matrix, m, cycle, start, MOST_STEPS, EXTRA, SETTLED, PATIENCE)[1]
             values, vectors, change = polished(
-                self._force, m, solver.solve_once, start, MOST_STEPS, 0, SETTLED
+                self._force, m, cycle, start, MOST_STEPS, 0, SETTLED, MOST_STEPS
             )
         except algebra.IndefiniteError as error:
             raise UnstableError(

@@ -85,29 +85,32 @@ def polished(
     corrections: int = MOST_CORRECTIONS,
     guards: int = 0,
     tolerance: float = POLISHED,
+    patience: int = MOST_CORRECTIONS,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Eigenvalues (m,), sorted, and vectors (owned rows, m) of unit mass, and their last change.
 
     ``vectors`` are close, the last ``guards`` of them only to lend a hand; ``solve`` undoes
-    ``force`` as far as it can.  The space of the vectors grows by what inverse iteration would
+    ``force`` as far as it can; where ``patience`` corrections do not halve the last one, rounding
+    is all that they correct.  The space of the vectors grows by what inverse iteration would
     correct them by, until that is nothing (block Davidson: Crouzeix, Philippe, Sadkane 1994,
     doi:10.1137/0915004).  Collective.
     """
     comm, count = mass.comm.tompi4py(), vectors.shape[1] - guards
     space = Subspace(comm, force, mass)
-    new = vectors
+    new, changes = vectors, []
     for _ in range(corrections):
         space.add(new)
         values, vectors, residual = space.lowest(count)
         correction = solve(residual)
         sizes = [np.sum(a**2, axis=0) for a in (correction, vectors)]
         change, size = comm.allreduce(np.stack(sizes))
+        changes.append(float(np.sqrt((change / size).max())))
         far = change > tolerance**2 * size
-        if not far.any():
+        if not far.any() or changes[-1] > 0.5 * min(changes[:-patience], default=np.inf):
             break
         space.shrink(KEPT * count, MOST_KEPT * count)
         new = correction[:, far]
-    return values, vectors - correction, float(np.sqrt((change / size).max()))
+    return values, vectors - correction, changes[-1]
 
 
 class Subspace:

@@ -29,6 +29,9 @@ SCENES = {
     "static load cases": drum(
         100.0, count=3, accuracy=FEW_CELLS, reduction=Reduction(method="step")
     ),
+    "iterations": drum(
+        100.0, count=3, accuracy=FEW_CELLS, reduction=Reduction(solver="multigrid")
+    ),
     "static load": drum(100.0, count=3, accuracy=FEW_CELLS, load=Load(pressure="2 kPa")),
 }
 
@@ -36,7 +39,7 @@ SCENES = {
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_ranks_give_the_same_model(scene):
     alone = reduce_scene(scene, comm=MPI.COMM_SELF)
-    assert_same(reduce_scene(scene), alone)
+    assert_same(reduce_scene(scene, groups=1), alone)
 
 
 @pytest.mark.parametrize("groups", [n for n in range(min(SIZE, 2), SIZE + 1) if SIZE % n == 0])
@@ -58,6 +61,12 @@ def test_cells_are_dealt_out_by_place_with_those_across_a_facet():
 def test_groups_get_shares_of_equal_cost():
     cost = {"a": 10.0, "b": 6.0, "c": 6.0, "d": 1.0}
     assert groups.dealt(list("dcba"), 2, cost.__getitem__) == [["a", "d"], ["c", "b"]]
+
+
+def test_groups_are_formed_by_default():
+    assert reduce_scene(SCENES["paper"]).diagnostics["groups"] == max(
+        n for n in range(1, min(SIZE, 4) + 1) if SIZE % n == 0
+    )
 
 
 def test_ranks_are_dealt_out_evenly():
