@@ -140,7 +140,8 @@ class Factorization(Factors):
     def solve(self, right_hand_sides: np.ndarray, error: float = SOLVED) -> np.ndarray:
         """Solutions (owned rows, m) for right-hand sides (owned rows, m), all at once. Collective.
 
-        Factors are as good as they are, whatever ``error`` would do.  Raises SolverError if a relative residual exceeds `RESIDUAL_TOLERANCE`.
+        Factors are as good as they are, whatever ``error`` would do.  Raises SolverError if a
+        relative residual exceeds `RESIDUAL_TOLERANCE`.
         """
         solution = self.solve_once(right_hand_sides)
         for _ in range(MOST_REFINEMENTS):

@@ -3,8 +3,8 @@
 The two grids are of one mesh: errors are smoothed by the patches around its vertices, and what
 they cannot see is solved in a low degree (p-multigrid: Ronquist and Patera 1987,
 doi:10.1007/BF01061297).  For the displacement in the plane that is degree 1, a sixteenth of the
-unknowns of degree 4, left to smoothed aggregation that keeps the rigid motions (PETSc's GAMG: Vanek,
-Mandel, Brezina 1996, doi:10.1007/BF02238511).  Bending needs parabolas: there degree 2, a
+unknowns of degree 4, left to smoothed aggregation that keeps the rigid motions (PETSc's GAMG;
+Vanek, Mandel, Brezina 1996, doi:10.1007/BF02238511).  Bending needs parabolas: there degree 2, a
 quarter of the unknowns, is factorised, and its inertia tells of a film that buckles.
 `Solvers` alone decides between factors and grids; nothing else knows which it is.
 """

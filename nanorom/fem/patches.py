@@ -65,13 +65,12 @@ def patches(free: algebra.FreeDofs) -> list[np.ndarray]:
     number[free.local] = np.arange(len(free.local))
     found = []
     for component in range(block):
-        pairs = []
+        keys = []  # of a vertex and one of its degrees of freedom
         for corner in range(3):
             own = number[block * nodes[:, weights[:, corner] > INSIDE] + component]
-            at = np.broadcast_to(vertices[:, corner, None], own.shape)
-            pairs.append(np.stack([at[own >= 0], own[own >= 0]], axis=1))
-        pairs = np.unique(np.concatenate(pairs), axis=0)
-        _, starts, counts = np.unique(pairs[:, 0], return_index=True, return_counts=True)
+            keys.append((vertices[:, corner, None] * np.int64(free.n_local) + own)[own >= 0])
+        vertex, dof = np.divmod(np.unique(np.concatenate(keys)), free.n_local)
+        _, starts, counts = np.unique(vertex, return_index=True, return_counts=True)
         for size in np.unique(counts):
-            found.append(pairs[starts[counts == size][:, None] + np.arange(size), 1])
+            found.append(dof[starts[counts == size][:, None] + np.arange(size)].astype(np.int32))
     return found

@@ -94,7 +94,7 @@ class Plan:
 
     @property
     def dofs(self) -> int | None:
-        """About how many degrees of freedom w has; None for a mesh file, which is yet to be read."""
+        """About how many degrees of freedom w has; None for a mesh file, not yet read."""
         chosen = self.discretisation(self.scene.accuracy.tolerance)
         cells = discretisation.cells_of(chosen)
         return None if cells is None else int(cells * chosen.degree**2 / 2 * 1.05)

@@ -62,8 +62,8 @@ def reduce_scene(
     """Reduced model of a scene. Collective: every rank gets the same model.
 
     The ranks share the mesh of a plate, or split into ``groups`` which each have the whole mesh
-    and share classes of symmetry and load cases; None: as many as `Plan.groups` finds best.  Load cases of STEP that an interrupted run left
-    beside the ``output`` are not solved again.
+    and share classes of symmetry and load cases; None: as many as `Plan.groups` finds best.
+    Load cases of STEP that an interrupted run left beside the ``output`` are not solved again.
     Raises SceneError, MeshError or SolverError with one line that names the cause.
     """
     if scene.plate.model == "beam":

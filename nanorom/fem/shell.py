@@ -23,7 +23,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from nanorom.fem import compat, quadrature
+from nanorom.fem import compat
 from nanorom.fem.mesh import Domain
 from nanorom.fem.symmetry import Mirrors
 
