@@ -2,7 +2,7 @@
 
 A patch holds the degrees of freedom of the cells around a vertex that do not vanish there, those
 on the outer rim left out.  The sum of the patches' solutions is a smoother whose quality does not
-depend on the degree (Pavarino 1993, doi:10.1007/BF01385709), and which sees whole what a form of
+depend on the degree (Pavarino 1994, Numer. Math. 66, 493), and which sees whole what a form of
 fourth order couples.  A patch ends where another rank's degrees of freedom begin.
 """
 
