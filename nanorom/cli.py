@@ -222,9 +222,9 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
 def _add_groups(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--groups",
-        default="1",
         metavar="G",
-        help="under mpirun: groups of ranks that share load cases, each with the whole mesh",
+        help="under mpirun: groups of ranks that share load cases, each with the whole mesh "
+        "(default: as many as share classes of symmetry and fit into memory)",
     )
 
 
@@ -262,6 +262,10 @@ def _integer(option: str, text: str) -> int:
         raise NanoromError(f"{option}: found {text!r}; allowed: whole numbers") from None
 
 
+def _groups(options: argparse.Namespace) -> int | None:
+    return None if options.groups is None else _integer("--groups", options.groups)
+
+
 def _number(text: str | None) -> str | float | None:
     """A plain number is in SI, as in a scene file; anything else carries its unit."""
     try:
@@ -276,8 +280,7 @@ def _run(options: argparse.Namespace) -> None:
     scene = _scene(options)
     directory = options.output or Path("results") / options.scene.stem
     with _progress() as progress:
-        groups = _integer("--groups", options.groups)
-        summary = run(scene, directory, progress, groups=groups)
+        summary = run(scene, directory, progress, groups=_groups(options))
     if summary is not None and mpi_rank() == 0:
         total = sum(summary["seconds"].values())
         print(f"results in {directory} after {total:.1f} s")
@@ -296,7 +299,7 @@ def _reduce(options: argparse.Namespace) -> None:
     scene = _scene(options)
     check_writable(options.output)
     with _progress() as progress:
-        reduce(scene, progress, options.output, _integer("--groups", options.groups))
+        reduce(scene, progress, options.output, _groups(options))
 
 
 def _tune(options: argparse.Namespace) -> None:

@@ -55,12 +55,13 @@ def reduce(
     scene: Scene,
     progress: Progress | None = None,
     path: str | Path | None = None,
-    groups: int = 1,
+    groups: int | None = None,
 ) -> ReducedModel:
     """Reduce a scene to its modal model (steps I to IV of the paper), by finite elements.
 
     Under MPI every rank calls it and gets the same model; ``groups`` says in how many groups the
-    ranks share load cases and classes of symmetry; those of one group share a mesh.
+    ranks share load cases and classes of symmetry (None: as many as are fastest and fit into
+    memory); those of one group share a mesh.
     With a path the model is saved there; until then a long STEP campaign keeps its finished load
     cases beside it, and the same call goes on from them if it was interrupted.  Raises
     NanoromError if DOLFINx is not installed, MeshError or SolverError if the scene cannot be
@@ -101,7 +102,7 @@ def run(
     directory: str | Path,
     progress: Progress | None = None,
     processes: int | None = None,
-    groups: int = 1,
+    groups: int | None = None,
 ) -> dict[str, Any] | None:
     """Do everything a scene asks for and leave the results in a directory.
 

@@ -24,7 +24,6 @@ COMM = MPI.COMM_WORLD
 DEGREE = 4  # least time and memory for an error of 1e-8 and below: 6 takes more per unknown
 QUARTER = 0.63  # unknowns per squared radius over mesh size, per square of the degree
 SIZES = (1e4, 3e4, 1e5, 3e5, 1e6)
-MOST_ITERATED = 1e5  # beyond it multigrid takes more than half an hour
 LIBRARIES = 0.17  # GB of a rank that has loaded Python, PETSc and the rest and solved nothing
 PEAK = Path("/proc/self/clear_refs"), "5"  # what makes Linux forget a process's peak
 
@@ -66,8 +65,7 @@ def rows(quick: bool = False) -> Iterator[Size]:
         for size in SIZES if groups == 1 else SIZES[:-1]:  # each group needs the memory of a rank
             yield measured(size, "factors", groups)
     for size in SIZES:
-        if size <= MOST_ITERATED:
-            yield measured(size, "multigrid", 1)
+        yield measured(size, "multigrid", 1)
 
 
 def measured(dofs: float, solver: str, groups: int, count: int = 11) -> Size:

@@ -11,7 +11,8 @@ from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 
-REFINED = 1e-13  # relative residual above which a solution is refined
+SOLVED = 1e-12  # relative error at which iterations end unless less is asked for
+REFINED = 1e-13  # relative residual above which a direct solution is refined
 ROUNDED = 2 * np.finfo(float).eps  # of matrix times solution: rounding it leaves as much
 MOST_REFINEMENTS = 2
 RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
@@ -121,6 +122,8 @@ class Factorization(Factors):
     definite.
     """
 
+    columns = 64  # solved at once
+
     def __init__(self, matrix: PETSc.Mat, prefix: str, meaning: str) -> None:
         super().__init__(matrix, PETSc.KSP().create(matrix.comm))
         self.meaning = meaning
@@ -138,10 +141,11 @@ class Factorization(Factors):
                 f"the {meaning} is not positive definite: {negative} negative pivots"
             )
 
-    def solve(self, right_hand_sides: np.ndarray) -> np.ndarray:
+    def solve(self, right_hand_sides: np.ndarray, error: float = SOLVED) -> np.ndarray:
         """Solutions (owned rows, m) for right-hand sides (owned rows, m), all at once. Collective.
 
-        Raises SolverError if a relative residual exceeds `RESIDUAL_TOLERANCE`.
+        Factors are as good as they are, whatever ``error`` would do.  Raises SolverError if a
+        relative residual exceeds `RESIDUAL_TOLERANCE`.
         """
         solution = self.solve_once(right_hand_sides)
         for _ in range(MOST_REFINEMENTS):

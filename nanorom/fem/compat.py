@@ -64,6 +64,11 @@ def reference_element(degree: int, equispaced: bool = False) -> Any:
     )
 
 
+def degree_of(n_nodes: int) -> int:
+    """Degree of a Lagrange triangle of n nodes."""
+    return int(round((np.sqrt(8 * n_nodes + 1) - 3) / 2))
+
+
 def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int) -> Any:
     """Distributed triangle mesh with equispaced Lagrange coordinates of any order.
 

@@ -26,6 +26,8 @@ from nanorom.fem.modes import Modes
 from nanorom.fem.plate import Plate
 from nanorom.fem.symmetry import Parity, product_parity
 
+SOLVED = 1e-6  # error of displacements in the norm of their energy: it enters products squared
+FEW = 100_000  # unknowns in the plane up to which pairs of all classes are held together
 FACTORS_COST = 6.0  # of factors, in pairs whose products take as long (measured on fine meshes)
 
 
@@ -65,7 +67,10 @@ def stretching_products(
     pairs = pairs_by_parity(parities)
 
     def work(own: Sequence[Parity]) -> dict[Parity, ClassProducts]:
-        return _class_products(plate, shapes, {p: pairs[p] for p in own}, in_plane)
+        found: dict[Parity, ClassProducts] = {}
+        for some in at_once(plate, own):
+            found |= _class_products(plate, shapes, {p: pairs[p] for p in some}, in_plane)
+        return found
 
     found = groups.shared(
         plate.domain.across, list(pairs), work, lambda parity: FACTORS_COST + len(pairs[parity])
@@ -83,6 +88,12 @@ def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
     for j, k in zip(*np.triu_indices(len(parities))):
         found.setdefault(product_parity(parities[j], parities[k]), []).append((j, k))
     return {parity: np.array(members) for parity, members in sorted(found.items())}
+
+
+def at_once(plate: Plate, parities: Sequence[Parity]) -> list[Sequence[Parity]]:
+    """Classes whose pairs are worked on together: one by one where all of them fill the memory."""
+    free = membrane.free_dofs(plate)
+    return [[p] for p in parities] if free.size > FEW else [parities]
 
 
 @attrs.frozen(eq=False)
@@ -119,19 +130,21 @@ def _displacements(
         force = membrane.force(plate, strain) * field.weights[..., None]
         membrane.add_load(plate, field, force, loads[parity])
     stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
-    found = {}
-    for parity in list(loads):
+    for last, parity in enumerate(loads, 1 - len(loads)):
         free = membrane.free_dofs(plate, parity)
-        load = membrane.summed(plate, loads.pop(parity))[free.local]
+        load = loads[parity] = membrane.summed(plate, loads[parity])
         compat.free_memory(free.comm)
         restricted = free.restrict(stiffness)
+        if not last:
+            stiffness.destroy()
         solver = plate.solvers.make(free, restricted, "nanorom_in_plane_", "in-plane stiffness")
-        found[parity] = free.extended(-solver.solve(load))
+        for first in range(0, load.shape[1], solver.columns):  # each load gives way to what it does
+            some = slice(first, first + solver.columns)
+            load[:, some] = free.extended(-solver.solve(load[free.local, some], SOLVED))
         solver.reset()
         restricted.destroy()
-    stiffness.destroy()
     compat.free_memory(plate.domain.comm)
-    return found
+    return loads
 
 
 def _pair_products(

@@ -8,6 +8,7 @@ freedom, and across them one group's results become everybody's.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
+from pathlib import Path
 from typing import TypeVar
 
 import attrs
@@ -39,6 +40,19 @@ def split(comm: MPI.Comm, groups: int) -> Team:
         return Team(comm, MPI.COMM_SELF)
     size = comm.size // groups
     return Team(comm.Split(comm.rank // size), comm.Split(comm.rank % size))
+
+
+def memory(comm: MPI.Comm) -> float:
+    """Bytes that new processes may take on the fullest of the ranks' machines; 0 if unknown.
+
+    Collective.
+    """
+    try:
+        words = Path("/proc/meminfo").read_text().split()
+        free = 1024.0 * int(words[words.index("MemAvailable:") + 1])
+    except (OSError, ValueError):  # not Linux
+        free = 0.0
+    return float(comm.allreduce(free, op=MPI.MIN))
 
 
 def shared(

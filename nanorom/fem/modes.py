@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import attrs
@@ -18,7 +19,8 @@ from nanorom.fem.symmetry import Parity
 
 EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
-SETTLED = 1e-10  # relative change of a shape at which iterations end; of an eigenvalue its square
+SETTLED = 1e-11  # relative change of a shape at which iterations end; of an eigenvalue its square
+PATIENCE = 3  # steps after which the matrix is too rough to stand for the force, which costs more
 MOST_STEPS = 120  # of iterations from the modes of degree 2
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
@@ -100,7 +102,8 @@ def solve(plate: Plate, count: int) -> Modes:
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
     mass = algebra.assemble(plate.compiled(plate.mass_form))
-    stiffness, force = ClassStiffness(plate), LinearForce.of(plate)
+    spared = plate.solvers.iterates(free_deflections(plate, plate.mirrors.even))
+    stiffness, force = ClassStiffness(plate, spared), LinearForce.of(plate)
     solvers = {p: ClassSolver(plate, p, stiffness, mass, force) for p in stiffness}
     return lowest_of_classes(plate, solvers, stiffness, mass, force, count)
 
@@ -152,11 +155,14 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
     """Transverse stiffness on all degrees of freedom, by class of symmetry. Collective.
 
     An even class has no slope across the mirror; a membrane needs no term for that.  The matrix of
-    a class is made when it is asked for: all of them together are what fills the memory.
+    a class is made when it is asked for: all of them together are what fills the memory.  What is
+    the same for all is kept too, unless memory is to be ``spared``: then the plate's constants have
+    to stay as they are.
     """
 
-    def __init__(self, plate: Plate) -> None:
-        self._base = algebra.assemble(plate.compiled(plate.stiffness_form))
+    def __init__(self, plate: Plate, spared: bool = False) -> None:
+        self._form = plate.compiled(plate.stiffness_form)
+        self._base = None if spared else algebra.assemble(self._form)
         self._axes = plate.mirrors.axes if plate.bending else ()
         self._classes = plate.mirrors.classes
         self._mirrored = {}
@@ -168,9 +174,12 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
 
     def __getitem__(self, parity: Parity) -> PETSc.Mat:
         even = [axis for axis, odd in zip(self._axes, parity) if not odd]
-        if not even:
+        if self._base is None:
+            matrix = algebra.assemble(self._form)
+        elif not even:
             return self._base
-        matrix = self._base.copy()
+        else:
+            matrix = self._base.copy()
         for axis in even:
             matrix.axpy(1.0, self._mirrored[axis], PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         return matrix
@@ -231,15 +240,18 @@ class ClassSolver:
         self, k: PETSc.Mat, m: PETSc.Mat, count: int
     ) -> tuple[np.ndarray, np.ndarray]:
         """The lowest modes, by iterations from those of the same mesh in degree 2. Collective."""
-        coarse = multigrid.prolongation(self.free)
+        _, coarse = multigrid.coarse_space(self.free)
         pair = k.ptap(coarse), m.ptap(coarse)
         start = algebra.multiply(coarse, lowest(*pair, count + EXTRA)[1])
         for matrix in (*pair, coarse):
             matrix.destroy()
         try:
             solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
+            by_matrix = functools.partial(algebra.multiply, k)
+            cycle = solver.solve_once
+            start = polished(by_matrix, m, cycle, start, MOST_STEPS, EXTRA, SETTLED, PATIENCE)[1]
             values, vectors, change = polished(
-                self._force, m, solver.solve_once, start, MOST_STEPS, EXTRA, SETTLED
+                self._force, m, cycle, start, MOST_STEPS, 0, SETTLED, MOST_STEPS
             )
         except algebra.IndefiniteError as error:
             raise UnstableError(

@@ -1,13 +1,12 @@
 """Solvers of what a mesh gives: its factors, or two grids where these are too large.
 
-The two grids are of one mesh: on the film's elements errors are smoothed, and a problem of
-degree 2 is factorised.
-
-The coarse space holds all straight lines and parabolas, of the deflection and of the displacement
-in the plane, and with them the rigid motions that a smoother cannot see.  Its factors are the only
-ones: a fraction of those of the whole matrix (p-multigrid: Ronquist and Patera 1987,
-doi:10.1007/BF01061297; Chebyshev smoothing: Adams et al. 2003, doi:10.1016/S0021-9991(03)00194-3).
-`Solvers` alone decides between the two; nothing else knows which it is.
+The two grids are of one mesh: errors are smoothed by the patches around its vertices, and what
+they cannot see is solved in a low degree (p-multigrid: Ronquist and Patera 1987,
+doi:10.1007/BF01061297).  For the displacement in the plane that is degree 1, a sixteenth of the
+unknowns of degree 4, left to smoothed aggregation that keeps the rigid motions (PETSc's GAMG;
+Vanek, Mandel, Brezina 1996, doi:10.1007/BF02238511).  Bending needs parabolas: there degree 2, a
+quarter of the unknowns, is factorised, and its inertia tells of a film that buckles.
+`Solvers` alone decides between factors and grids; nothing else knows which it is.
 """
 
 from __future__ import annotations
@@ -19,16 +18,14 @@ from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 from nanorom.fem import algebra, compat
+from nanorom.fem.patches import VertexPatches
 
-COARSE_DEGREE = 2
-SMOOTHINGS = 2  # steps of Chebyshev's iteration before and after the coarse problem
-SMOOTHED = 0.05  # of the largest eigenvalue: slower ones are left to the coarse problem
-POWER_STEPS = 30  # to find the largest eigenvalue
-MARGIN = 1.1  # beyond what was found
-CONVERGED = 1e-12  # residual relative to the right-hand side
+DAMPING = 1.5  # of the patches' sum, over its largest eigenvalue; the iteration stands up to 2
+POWER_STEPS = 15  # to find the largest eigenvalue
 MOST_ITERATIONS = 300
 STALLED = 1e-300
 LARGEST_FACTORS = 3_000_000  # unknowns of a problem that is still factorised unless asked
+GAMG = {"mg_levels_pc_type": "jacobi", "mg_levels_ksp_max_it": 4}  # symmetric
 
 
 @attrs.define(eq=False)
@@ -47,7 +44,7 @@ class Solvers:
     ) -> algebra.Factorization | Multigrid:
         """Solver for a matrix on the free degrees of freedom. Collective."""
         if self.iterates(free):
-            return Multigrid(matrix, prolongation(free), prefix, meaning, self)
+            return Multigrid(free, matrix, prefix, meaning, self)
         return algebra.Factorization(matrix, prefix, meaning)
 
     def iterates(self, free: algebra.FreeDofs) -> bool:
@@ -69,49 +66,64 @@ class Solvers:
         return {"solver_iterations": int(worst[0]), "solver_residual": float(worst[1])}
 
 
+def coarse_degree(free: algebra.FreeDofs) -> int:
+    """Lowest degree that has what a smoother cannot see: parabolas of w, straight lines of u.
+
+    Only a displacement in the plane has two components.
+    """
+    return 1 if free.space.dofmap.index_map_bs == 2 else 2
+
+
 def has_coarse(free: algebra.FreeDofs) -> bool:
     """Whether the degree of a space is above that of the coarse one."""
-    return compat.cell_dofs(free.space).shape[1] > (COARSE_DEGREE + 1) * (COARSE_DEGREE + 2) // 2
+    return compat.degree_of(compat.cell_dofs(free.space).shape[1]) > coarse_degree(free)
 
 
 class Multigrid:
     """Solutions with a symmetric positive definite matrix by conjugate gradients on two grids.
 
-    prolongation : (fine rows, coarse columns).  Raises IndefiniteError, which calls the matrix by
-    its ``meaning``, if the coarse problem is not positive definite.
+    Raises IndefiniteError, which calls the matrix by its ``meaning``, if the coarse problem is not
+    positive definite.
     """
+
+    columns = 4  # solved at once: a dozen arrays of them are held
 
     def __init__(
         self,
+        free: algebra.FreeDofs,
         matrix: PETSc.Mat,
-        prolongation: PETSc.Mat,
         prefix: str,
         meaning: str,
         solvers: Solvers,
     ) -> None:
-        self.matrix, self.prolongation, self.meaning = matrix, prolongation, meaning
+        self.matrix, self.meaning = matrix, meaning
         self._solvers = solvers
-        diagonal = matrix.getDiagonal()
-        if not diagonal.min()[1] > 0:
+        if not matrix.getDiagonal().min()[1] > 0:
             raise algebra.IndefiniteError(f"the {meaning} is not positive definite")
-        self._inverse = 1 / diagonal.array[:, None]
-        self._coarse_matrix = matrix.ptap(prolongation)
-        self._coarse = algebra.Factorization(self._coarse_matrix, prefix, meaning)
+        coarse_free, self._prolongation = coarse_space(free)
+        self._coarse_matrix = matrix.ptap(self._prolongation)
+        self._coarse: algebra.Factorization | Aggregation
+        if coarse_degree(free) > 1:
+            self._coarse = algebra.Factorization(self._coarse_matrix, prefix, meaning)
+        else:
+            self._coarse = Aggregation(coarse_free, self._coarse_matrix, prefix)
         self._sum = matrix.comm.tompi4py().allreduce
-        self._largest = MARGIN * self._largest_eigenvalue()
+        self._patches = VertexPatches(free, matrix)
+        self._damping = DAMPING / self._largest_eigenvalue()
 
     def reset(self) -> None:
-        """Free the coarse problem's factors now. Collective."""
+        """Free what the coarse problem's solver holds now. Collective."""
         self._coarse.reset()
         self._coarse_matrix.destroy()
+        self._prolongation.destroy()
 
     def _largest_eigenvalue(self) -> float:
-        """Of D^-1 A, by the power method from a rough start that any ranks make alike."""
+        """Of the patches' sum times A, by the power method from a rough start."""
         first, last = self.matrix.getOwnershipRange()
         x = np.cos(1.0 + np.arange(first, last) ** 2 % 997)[:, None]
         size = 1.0
         for _ in range(POWER_STEPS):
-            x = self._inverse * algebra.multiply(self.matrix, x)
+            x = self._patches(algebra.multiply(self.matrix, x))
             size = float(np.sqrt(self._sum(np.sum(x**2))))
             x /= size
         return size
@@ -121,52 +133,51 @@ class Multigrid:
 
         Collective.
         """
-        x = self._smoothed(right_hand_sides)
+        x = self._damping * self._patches(right_hand_sides)
         residual = right_hand_sides - algebra.multiply(self.matrix, x)
-        coarse = algebra.transposed(self.prolongation, residual)
-        x += algebra.multiply(self.prolongation, self._coarse.solve_once(coarse))
-        return x + self._smoothed(right_hand_sides - algebra.multiply(self.matrix, x))
-
-    def _smoothed(self, residual: np.ndarray) -> np.ndarray:
-        """Chebyshev's polynomial in D^-1 A of a residual."""
-        middle, half = 0.5 * (1 + SMOOTHED) * self._largest, 0.5 * (1 - SMOOTHED) * self._largest
-        ratio = half / middle
-        step = self._inverse * residual / middle
-        x = step.copy()
-        for _ in range(SMOOTHINGS - 1):
-            residual = residual - algebra.multiply(self.matrix, step)
-            previous, ratio = ratio, 1 / (2 * middle / half - ratio)
-            step = ratio * (previous * step + 2 / half * self._inverse * residual)
-            x += step
+        coarse = algebra.transposed(self._prolongation, residual)
+        x += algebra.multiply(self._prolongation, self._coarse.solve_once(coarse))
+        residual = right_hand_sides - algebra.multiply(self.matrix, x)
+        x += self._damping * self._patches(residual)
         return x
 
-    def solve(self, right_hand_sides: np.ndarray) -> np.ndarray:
-        """Solutions (owned rows, m) for right-hand sides (owned rows, m), all at once. Collective.
+    def solve(
+        self, right_hand_sides: np.ndarray, error: float = algebra.SOLVED
+    ) -> np.ndarray:
+        """Solutions (owned rows, m) for right-hand sides (owned rows, m). Collective.
 
-        Raises SolverError if a relative residual stays above `algebra.RESIDUAL_TOLERANCE`.
+        error : relative to the solution, in the norm of its energy, at which iterations end; it
+        is known to the factor by which a cycle is not yet a solution.  Raises SolverError if it
+        is not reached.
         """
-        residual = right_hand_sides.copy()
-        x = np.zeros_like(residual)
-        size = np.sqrt(self._dot(residual, residual))
-        step, old = np.zeros_like(residual), np.ones(residual.shape[1])
-        left = size
+        x = np.empty_like(right_hand_sides)
+        for first in range(0, x.shape[1], self.columns):
+            some = slice(first, first + self.columns)
+            x[:, some] = self._solved(right_hand_sides[:, some], error)
+        return x
+
+    def _solved(self, right_hand_sides: np.ndarray, error: float) -> np.ndarray:
+        residual = np.array(right_hand_sides, order="F")
+        x, step = np.zeros_like(residual), np.zeros_like(residual)
+        corrected = self.solve_once(residual)
+        square = whole = self._dot(residual, corrected)
+        old = np.ones_like(square)
         iterations = 0
-        while (left > CONVERGED * size).any() and iterations < MOST_ITERATIONS:
+        while (square > error**2 * whole).any() and iterations < MOST_ITERATIONS:
             iterations += 1
-            corrected = self.solve_once(residual)
-            new = self._dot(residual, corrected)
-            step = corrected + step * (new / np.maximum(old, STALLED))
+            step *= square / np.maximum(old, STALLED)
+            step += corrected
             image = algebra.multiply(self.matrix, step)
-            length = new / np.maximum(self._dot(step, image), STALLED)
+            length = square / np.maximum(self._dot(step, image), STALLED)
             x += length * step
             residual -= length * image
-            old = new
-            left = np.sqrt(self._dot(residual, residual))
-        relative = float((left / np.maximum(size, STALLED)).max(initial=0.0))
+            corrected = self.solve_once(residual)
+            old, square = square, self._dot(residual, corrected)
+        relative = float(np.sqrt((square / np.maximum(whole, STALLED)).max(initial=0.0)))
         self._solvers.note(iterations, relative)
-        if not relative <= algebra.RESIDUAL_TOLERANCE:
+        if not relative <= error:
             raise SolverError(
-                f"the {self.meaning} was solved to a relative residual of {relative:.1e} only in "
+                f"the {self.meaning} was solved to a relative error of {relative:.1e} only in "
                 f"{iterations} iterations of multigrid; check the mesh for degenerate cells, or "
                 'set reduction.solver = "factors"'
             )
@@ -176,10 +187,61 @@ class Multigrid:
         return np.asarray(self._sum(np.einsum("ij,ij->j", first, second)))
 
 
-def prolongation(free: algebra.FreeDofs, degree: int = COARSE_DEGREE) -> PETSc.Mat:
-    """From the free degrees of freedom of a lower degree on the same mesh. Collective."""
+class Aggregation:
+    """One cycle of algebraic multigrid for an elastic film in its plane, rigid motions kept."""
+
+    def __init__(self, free: algebra.FreeDofs, matrix: PETSc.Mat, prefix: str) -> None:
+        motions = rigid_motions(free, matrix)
+        matrix.setNearNullSpace(PETSc.NullSpace().create(vectors=motions, comm=matrix.comm))
+        self.solver = PETSc.KSP().create(matrix.comm)
+        self.solver.setOptionsPrefix(f"{prefix}coarse_")
+        options = PETSc.Options(self.solver.getOptionsPrefix())
+        for name, value in GAMG.items():
+            if not options.hasName(name):
+                options[name] = value
+        self.solver.setOperators(matrix)
+        self.solver.setType("preonly")
+        self.solver.getPC().setType("gamg")
+        self.solver.setFromOptions()
+        self.solver.setUp()
+        self._b, self._x = matrix.createVecs()
+
+    def reset(self) -> None:
+        """Free the grids. Collective."""
+        self.solver.reset()
+
+    def solve_once(self, right_hand_sides: np.ndarray) -> np.ndarray:
+        """About the solutions (owned rows, m) for right-hand sides (owned rows, m). Collective."""
+        found = np.empty_like(right_hand_sides)
+        for i, column in enumerate(right_hand_sides.T):
+            self._b.array[:] = column
+            self.solver.solve(self._b, self._x)
+            found[:, i] = self._x.array
+        return found
+
+
+def rigid_motions(free: algebra.FreeDofs, matrix: PETSc.Mat) -> list[PETSc.Vec]:
+    """Two translations and a rotation in the plane, orthonormal on the free degrees of freedom."""
+    places = free.space.tabulate_dof_coordinates()[: free.n_owned // 2, :2]
+    one, (x, y) = np.ones(len(places)), places.T
+    found: list[PETSc.Vec] = []
+    for motion in ((one, 0 * one), (0 * one, one), (-y, x)):
+        vector = matrix.createVecRight()
+        vector.array[:] = np.stack(motion, axis=1).ravel()[free.local]
+        for other in found:
+            vector.axpy(-vector.dot(other), other)
+        vector.normalize()
+        found.append(vector)
+    return found
+
+
+def coarse_space(free: algebra.FreeDofs) -> tuple[algebra.FreeDofs, PETSc.Mat]:
+    """Free degrees of freedom of the coarse degree on the same mesh, and prolongation from them.
+
+    Collective.
+    """
     fine = free.space
-    coarse = compat.lagrange_space(fine.mesh, degree, fine.dofmap.index_map_bs)
+    coarse = compat.lagrange_space(fine.mesh, coarse_degree(free), fine.dofmap.index_map_bs)
     whole = compat.interpolation_matrix(coarse, fine)
     # what does not vanish at a held node is held itself
     held = np.ones(free.n_owned, dtype=bool)
@@ -193,4 +255,4 @@ def prolongation(free: algebra.FreeDofs, degree: int = COARSE_DEGREE) -> PETSc.M
     coarse_free = algebra.FreeDofs(coarse, np.flatnonzero(mark.array > 0))
     found = whole.createSubMatrix(free.set, coarse_free.set)
     whole.destroy()
-    return found
+    return coarse_free, found

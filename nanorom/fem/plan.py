@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.fem import discretisation
 from nanorom.fem.discretisation import Discretisation
 from nanorom.fem.scales import Scales
-from nanorom.fem.symmetry import Mirrors, is_of_revolution
+from nanorom.fem.symmetry import Mirrors, is_of_revolution, is_symmetric
 from nanorom.scene import Disc, MeshFile, Scene
 
 SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
@@ -21,6 +21,8 @@ SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compil
 BENDING_FACTOR = 4.0  # from wavenumber x layer to a bound on the effect of bending: 30 times safe
 # measured on one core of 2020: fixed cost in s, then s per degree of freedom, and per load case
 SECONDS_FIXED, SECONDS_PER_DOF, SECONDS_PER_CASE = 0.1, 2.2e-4, 3e-6
+BYTES_PER_DOF = 3e3  # per degree of the deflection: peak of a group with factors, rounded up
+SHARE = 0.5  # of the free memory that a default may fill
 
 
 @attrs.frozen
@@ -64,6 +66,38 @@ class Plan:
     def discretisation(self, aim: float | None) -> Discretisation:
         """Mesh and degree for an aimed error."""
         return discretisation.choose(self.scene, self.scales.length, self.layer, aim)
+
+    @property
+    def cut(self) -> Mirrors:
+        """Mirrors at which the meshed part ends; none where states mix modes of every parity."""
+        scene = self.scene
+        alike = scene.flat or is_symmetric(scene) and scene.reduction.method == "direct"
+        return self.discretisation(scene.accuracy.tolerance).mirrors if alike else Mirrors()
+
+    def groups(self, ranks: int, memory: float) -> int:
+        """How many groups are the fastest: of them, each has the whole mesh in its part of memory.
+
+        Groups share classes of symmetry, which wait for each other less than ranks that share a
+        mesh.  memory : free bytes.
+        """
+        if ranks == 1 or self.scene.plate.model in ("shell", "beam"):
+            return 1
+        most = self.cut.copies
+        if (dofs := self.dofs) is not None:
+            most = min(most, int(SHARE * memory / (BYTES_PER_DOF * self.degree * dofs)))
+        return max(g for g in range(1, ranks + 1) if ranks % g == 0 and g <= max(most, 1))
+
+    @property
+    def degree(self) -> int:
+        """Degree of the deflection."""
+        return self.discretisation(self.scene.accuracy.tolerance).degree
+
+    @property
+    def dofs(self) -> int | None:
+        """About how many degrees of freedom w has; None for a mesh file, not yet read."""
+        chosen = self.discretisation(self.scene.accuracy.tolerance)
+        cells = discretisation.cells_of(chosen)
+        return None if cells is None else int(cells * chosen.degree**2 / 2 * 1.05)
 
     @property
     def route(self) -> str:
@@ -150,7 +184,7 @@ class Plan:
         if self.scene.plate.model == "shell":
             cells *= chosen.mirrors.copies
             return f"{cells} cells of degree {self.scene.accuracy.degree or SHELL_DEGREE} or more"
-        dofs = int(cells * chosen.degree**2 / 2 * 1.05)
+        dofs = self.dofs or 0
         seconds = SECONDS_FIXED + SECONDS_PER_DOF * dofs
         if self.route != "direct":
             columns = self.load_cases[0]

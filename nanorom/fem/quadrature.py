@@ -155,7 +155,7 @@ def map_cells(
     """Points (c, q, d) and Jacobians dx/dX (c, q, d, 2) of the cells' maps."""
     mesh = plate.domain.mesh
     nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], : mesh.geometry.dim]
-    order = coordinate_order(nodes.shape[1])
+    order = compat.degree_of(nodes.shape[1])
     basis = compat.reference_element(order, equispaced=True).tabulate(1, points)
     basis = np.asarray(basis).reshape(3, len(points), -1)
     x = np.einsum("qn,cnd->cqd", basis[0], nodes, optimize=True)
@@ -168,12 +168,7 @@ def map_points(
     """Places (m, 2) and Jacobians (m, 2, 2) of a reference point (m, 2) in each of m cells."""
     mesh = plate.domain.mesh
     nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], :2]
-    order = coordinate_order(nodes.shape[1])
+    order = compat.degree_of(nodes.shape[1])
     basis = compat.reference_element(order, equispaced=True).tabulate(1, points)
     basis = np.asarray(basis).reshape(3, *nodes.shape[:2])
     return np.einsum("mn,mnd->md", basis[0], nodes), np.einsum("kmn,mnd->mdk", basis[1:], nodes)
-
-
-def coordinate_order(n_nodes: int) -> int:
-    """Order of a triangle's map with n nodes."""
-    return int(round((np.sqrt(8 * n_nodes + 1) - 3) / 2))

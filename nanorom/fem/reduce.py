@@ -37,14 +37,13 @@ from nanorom.fem import modes as eigen
 from nanorom.fem import step as stiffness_evaluation
 from nanorom.fem.build import build_plate, pulls_at_free_edge
 from nanorom.fem.cases import FlatCases
-from nanorom.fem.groups import Team, split
+from nanorom.fem.groups import Team, memory, split
 from nanorom.fem.inplane import InPlane
 from nanorom.fem.modes import Modes
 from nanorom.fem.plan import Plan
 from nanorom.fem.scales import Scales
 from nanorom.fem.shapes import normalise_film
 from nanorom.fem.stopwatch import Progress, Stopwatch
-from nanorom.fem.symmetry import is_symmetric
 from nanorom.fem.tangent import tangent
 from nanorom.journal import Journal
 from nanorom.rom import ReducedModel, Shapes
@@ -59,13 +58,13 @@ def reduce_scene(
     progress: Progress | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     output: Path | None = None,
-    groups: int = 1,
+    groups: int | None = None,
 ) -> ReducedModel:
     """Reduced model of a scene. Collective: every rank gets the same model.
 
     The ranks share the mesh of a plate, or split into ``groups`` which each have the whole mesh
-    and share classes of symmetry and load cases.  Load cases of STEP that an interrupted run left
-    beside the ``output`` are not solved again.
+    and share classes of symmetry and load cases; None: as many as `Plan.groups` finds best.
+    Load cases of STEP that an interrupted run left beside the ``output`` are not solved again.
     Raises SceneError, MeshError or SolverError with one line that names the cause.
     """
     if scene.plate.model == "beam":
@@ -77,8 +76,10 @@ def reduce_scene(
         return shellreduce.reduce_shell(
             scene, watch, comm, lambda plate: reduce_scene(plate, progress, comm)
         )
-    team = split(comm, groups)
     plan = Plan.of(scene)
+    if groups is None:
+        groups = plan.groups(comm.size, memory(comm))
+    team = split(comm, groups)
     scales = plan.scales
     journal = Journal(output, key_of(scene, comm.size) if output else "", comm)
     solution = solve_to_tolerance(team, plan, watch, journal)
@@ -239,8 +240,7 @@ def solve(
     scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
     if not scene.flat:
         # a static load case of STEP mixes modes of every parity: it needs the whole film
-        whole = not is_symmetric(scene) or scene.reduction.method != "direct"
-        chosen = attrs.evolve(chosen, whole=whole)
+        chosen = attrs.evolve(chosen, whole=not plan.cut.axes)
     with watch.stage("mesh"):
         plate = build_plate(team.within, scene, scales, chosen, team.across)
     units = state.Units.of(scene, scales.length, scales.tension)

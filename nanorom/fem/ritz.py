@@ -24,7 +24,7 @@ from nanorom.fem.symmetry import Parity
 
 POLISHED = 1e-12  # relative change of a shape below which it is not corrected again
 MOST_CORRECTIONS = 6
-MOST_KEPT, KEPT = 12, 4  # directions per vector at which a space is cut down, and to how many
+MOST_KEPT, KEPT = 5, 2  # directions per vector at which a space is cut down, and to how many
 DEPENDENT = 1e-12  # of a square: directions that add nothing to the others
 Columns = Callable[[np.ndarray], np.ndarray]  # (owned rows, m) -> (owned rows, m)
 
@@ -86,29 +86,32 @@ def polished(
     corrections: int = MOST_CORRECTIONS,
     guards: int = 0,
     tolerance: float = POLISHED,
+    patience: int = MOST_CORRECTIONS,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Eigenvalues (m,), sorted, and vectors (owned rows, m) of unit mass, and their last change.
 
     ``vectors`` are close, the last ``guards`` of them only to lend a hand; ``solve`` undoes
-    ``force`` as far as it can.  The space of the vectors grows by what inverse iteration would
+    ``force`` as far as it can; where ``patience`` corrections do not halve the last one, rounding
+    is all that they correct.  The space of the vectors grows by what inverse iteration would
     correct them by, until that is nothing (block Davidson: Crouzeix, Philippe, Sadkane 1994,
     doi:10.1137/0915004).  Collective.
     """
     comm, count = mass.comm.tompi4py(), vectors.shape[1] - guards
     space = Subspace(comm, force, mass)
-    new = vectors
+    new, changes = vectors, []
     for _ in range(corrections):
         space.add(new)
         values, vectors, residual = space.lowest(count)
         correction = solve(residual)
         sizes = [np.sum(a**2, axis=0) for a in (correction, vectors)]
         change, size = comm.allreduce(np.stack(sizes))
+        changes.append(float(np.sqrt((change / size).max())))
         far = change > tolerance**2 * size
-        if not far.any():
+        if not far.any() or changes[-1] > 0.5 * min(changes[:-patience], default=np.inf):
             break
         space.shrink(KEPT * count, MOST_KEPT * count)
         new = correction[:, far]
-    return values, vectors - correction, float(np.sqrt((change / size).max()))
+    return values, vectors - correction, changes[-1]
 
 
 class Subspace:
@@ -119,7 +122,7 @@ class Subspace:
 
     def __init__(self, comm: MPI.Comm, force: Columns, mass: PETSc.Mat) -> None:
         self._comm, self._force, self._mass = comm, force, mass
-        self._parts: tuple[np.ndarray, ...] = ()  # columns, forces, masses
+        self._parts: list[np.ndarray] = []  # columns, forces, masses
 
     def add(self, columns: np.ndarray) -> None:
         """Make the space larger by columns (owned rows, m). Collective.
@@ -140,7 +143,11 @@ class Subspace:
             kept = squares > DEPENDENT
             rotation = rotation[:, kept] / np.sqrt(squares[kept]) / size[:, None]
             new = tuple(part @ rotation for part in new)
-        self._parts = tuple(map(np.hstack, zip(self._parts, new))) if self._parts else new
+        if not self._parts:
+            self._parts = list(new)
+            return
+        for i, part in enumerate(new):  # one by one: together they are what fills the memory
+            self._parts[i] = np.hstack([self._parts[i], part])
 
     def lowest(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Ritz values (m,), vectors (owned rows, m) of unit mass, and residuals. Collective."""
@@ -157,4 +164,5 @@ class Subspace:
         if columns.shape[1] > most:
             mass = self._comm.allreduce(columns.T @ masses)
             rotation = np.linalg.eigh(-0.5 * (mass + mass.T))[1][:, :kept]
-            self._parts = tuple(part @ rotation for part in self._parts)
+            for i, part in enumerate(self._parts):
+                self._parts[i] = part @ rotation

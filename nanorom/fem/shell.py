@@ -23,7 +23,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from nanorom.fem import compat, quadrature
+from nanorom.fem import compat
 from nanorom.fem.mesh import Domain
 from nanorom.fem.symmetry import Mirrors
 
@@ -115,7 +115,7 @@ class Shell:
         """Normals of the cells that meet in a node, averaged. Collective."""
         reference = np.asarray(compat.reference_element(self.degree).points)
         nodes = self.mesh.geometry.x[compat.cell_nodes(self.mesh)]
-        order = quadrature.coordinate_order(nodes.shape[1])
+        order = compat.degree_of(nodes.shape[1])
         basis = compat.reference_element(order, equispaced=True).tabulate(1, reference)
         basis = np.asarray(basis).reshape(3, len(reference), -1)
         sides = np.einsum("kqn,cnd->kcqd", basis[1:], nodes, optimize=True)

@@ -9,13 +9,16 @@ import ufl
 from ffcx.codegeneration import jit
 
 from nanorom.fem import compat, reduce_scene
+from nanorom.fem.discretisation import MESHES
 from nanorom.fem.plan import Plan
 from nanorom.fem.step import StaticCases, coefficients, load_cases
 from nanorom.scene import (
     Accuracy,
     Damping,
     Drive,
+    Load,
     Material,
+    MeshFile,
     Modes,
     Plate,
     Rectangle,
@@ -29,6 +32,8 @@ from tests.fem.exact import drum, paper_drum
 from tests.fem.test_drum import solved_modes
 
 NOISE = 1e-9  # relative, of forces that vanish by symmetry
+DRUM_FILE = MeshFile(file=MESHES / "drum.geo", scale=1e-6)
+LOPSIDED = Support({"left": "clamped", "right": "simply_supported", "default": "clamped"})
 
 
 def rectangle(**changes) -> Scene:
@@ -91,9 +96,8 @@ def test_modes_outside_the_asked_band_do_not_change_those_inside():
 
 
 def test_supports_without_mirror_symmetry_mesh_the_whole_film():
-    clamped_left = Support({"left": "clamped", "right": "simply_supported", "default": "clamped"})
     assert Plan.of(rectangle()).discretisation(1e-4).mirrors.axes == ("x", "y")
-    assert Plan.of(rectangle(support=clamped_left)).discretisation(1e-4).mirrors.axes == ("y",)
+    assert Plan.of(rectangle(support=LOPSIDED)).discretisation(1e-4).mirrors.axes == ("y",)
 
 
 def test_half_and_whole_meshes_give_one_result():
@@ -120,6 +124,23 @@ def test_tension_across_a_free_edge_relaxes():
     assert relaxed.frequency[0] == pytest.approx(reduce_scene(along).frequency[0], rel=0.01)
     assert relaxed.static["mean_tension"] == pytest.approx((1 - nu) / 2, rel=0.03)
     assert not relaxed.static["deflection"].any()
+
+
+@pytest.mark.parametrize(
+    ("scene", "ranks", "memory", "groups"),
+    [
+        (paper_drum(6), 2, 8e9, 2),
+        (paper_drum(6), 6, 8e9, 3),
+        (paper_drum(6), 8, 8e9, 4),
+        (paper_drum(6), 2, 0.0, 1),
+        (attrs.evolve(paper_drum(6), accuracy=Accuracy(degree=4, mesh_size="5 nm")), 2, 8e9, 1),
+        (rectangle(support=LOPSIDED), 4, 8e9, 2),
+        (attrs.evolve(paper_drum(6), load=Load(force="1 nN", position=("1 um", 0.0))), 4, 8e9, 1),
+        (attrs.evolve(paper_drum(6), geometry=DRUM_FILE), 4, 8e9, 1),
+    ],
+)
+def test_ranks_form_groups_where_classes_are_shared_and_meshes_fit(scene, ranks, memory, groups):
+    assert Plan.of(scene).groups(ranks, memory) == groups
 
 
 def test_plan_says_what_is_skipped_and_why():

@@ -36,7 +36,7 @@ SCENES = {
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_ranks_give_the_same_model(scene):
     alone = reduce_scene(scene, comm=MPI.COMM_SELF)
-    assert_same(reduce_scene(scene), alone)
+    assert_same(reduce_scene(scene, groups=1), alone)
 
 
 @pytest.mark.parametrize("groups", [n for n in range(min(SIZE, 2), SIZE + 1) if SIZE % n == 0])
@@ -58,6 +58,21 @@ def test_cells_are_dealt_out_by_place_with_those_across_a_facet():
 def test_groups_get_shares_of_equal_cost():
     cost = {"a": 10.0, "b": 6.0, "c": 6.0, "d": 1.0}
     assert groups.dealt(list("dcba"), 2, cost.__getitem__) == [["a", "d"], ["c", "b"]]
+
+
+def test_iterations_on_ranks_give_the_same_model():
+    """But for how they went, and what is no more than estimated from displacements."""
+    reduction = Reduction(solver="multigrid")
+    scene = drum(100.0, count=3, accuracy=FEW_CELLS, reduction=reduction)
+    alone, shared = reduce_scene(scene, comm=MPI.COMM_SELF), reduce_scene(scene, groups=1)
+    assert shared.diagnostics["solver_iterations"] > 1
+    assert_same(attrs.evolve(shared, diagnostics={}), attrs.evolve(alone, diagnostics={}))
+
+
+def test_groups_are_formed_by_default():
+    assert reduce_scene(SCENES["paper"]).diagnostics["groups"] == max(
+        n for n in range(1, min(SIZE, 4) + 1) if SIZE % n == 0
+    )
 
 
 def test_ranks_are_dealt_out_evenly():
