@@ -28,7 +28,10 @@ DATASPACE, DATATYPE, LINK_INFO, LINK, EXTERNAL, LAYOUT = 0x01, 0x03, 0x02, 0x06,
 FILTERS, ATTRIBUTE, CONTINUATION, SYMBOL_TABLE, ATTRIBUTE_INFO = 0x0B, 0x0C, 0x10, 0x11, 0x15
 DEFLATE, SHUFFLE, FLETCHER32 = 1, 2, 3
 FOREIGN = "bitfield", "opaque", "compound", "reference", "enumeration", "variable-length", "array"
-NEWER = "kept in a form of HDF5 that nanorom does not read; use h5py's default libver and layout"
+NEWER = (
+    "kept in a form of HDF5 that nanorom does not read; save it again, with h5py's default libver"
+)
+LINKED = "holds links to other files, which are not followed, or is " + NEWER
 
 
 @attrs.frozen(repr=False)
@@ -252,7 +255,7 @@ class Group(_Object):
     @cached_property
     def _members(self) -> dict[str, int | None]:
         if SYMBOL_TABLE not in self._found:
-            raise FileError(f"a group {NEWER}; links to other files are not followed")
+            raise FileError(LINKED)
         file, (tree, heap) = self.file, self._found[SYMBOL_TABLE].numbers(8, 2)
         head = Cursor(file.take(heap, 32))
         if head.bytes(4) != b"HEAP":
@@ -320,7 +323,7 @@ class Dataset(_Object):
         elif kind == 1:
             at, size = layout.numbers(8, 2)
             if at == NOWHERE:
-                raise FileError("its numbers were never written")
+                raise FileError(f"declares {length:.1e} bytes, which were never written")
             data = self.file.take(at, min(size, length))
         elif kind == 2:
             return self._chunked(layout)
@@ -340,8 +343,10 @@ class Dataset(_Object):
         chunk = layout.numbers(4, rank + 1)[:-1]
         if rank != len(self.shape) or not rank or min(chunk) == 0:
             raise FileError("cut otherwise than its shape")
+        count = int(np.prod(self.shape, dtype=object))
         if tree == NOWHERE:
-            raise FileError("its numbers were never written")
+            declared = count * self.type.size
+            raise FileError(f"declares {declared:.1e} bytes, which were never written")
         size = int(np.prod(chunk, dtype=object)) * self.type.size
         filters = self._filters()
         cuts = [-(-n // c) for n, c in zip(self.shape, chunk)]
@@ -353,7 +358,8 @@ class Dataset(_Object):
             data = _unfiltered(self.file, self.file.take(at, length), filters, left_out, size)
             found[place] = elements(self.file, self.type, data, chunk)
         if len(found) != expected:
-            raise FileError("its numbers were never written, or not all")
+            raise FileError("declares numbers that were never written")
+        self.file.spend(count * self.type.size)
         whole = np.empty(self.shape, dtype=next(iter(found.values())).dtype)
         for place, part in found.items():
             inside = tuple(slice(p, p + c) for p, c in zip(place, chunk))

@@ -62,7 +62,7 @@ def reduce_scene(
 ) -> ReducedModel:
     """Reduced model of a scene. Collective: every rank gets the same model.
 
-    The ranks share the mesh of a plate, or split into ``groups`` which each have the whole mesh
+    The ranks share the mesh, or split into ``groups`` which each have the whole mesh
     and share classes of symmetry and load cases.  Load cases of STEP that an interrupted run left
     beside the ``output`` are not solved again.
     Raises SceneError, MeshError or SolverError with one line that names the cause.
@@ -72,11 +72,11 @@ def reduce_scene(
     if scene.plate.initial_shape is not None:
         shapefile.read_table(scene.plate.initial_shape)  # before anything expensive
     watch = Stopwatch(progress)
+    team = split(comm, groups)
     if scene.plate.model == "shell":
         return shellreduce.reduce_shell(
-            scene, watch, comm, lambda plate: reduce_scene(plate, progress, comm)
+            scene, watch, team, lambda plate: reduce_scene(plate, progress, comm, groups=groups)
         )
-    team = split(comm, groups)
     plan = Plan.of(scene)
     scales = plan.scales
     journal = Journal(output, key_of(scene, comm.size), comm)

@@ -6,7 +6,7 @@ measures what a quadratic and cubic force leaves out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from nanorom.fem.step import Case, StepResult, coefficients, is_mirrored, load_c
 
 BATCH = 64  # load cases solved together
 HALVINGS = 7  # of the amplitude, from the thickness down
+EXTRAPOLATED = 3  # amplitudes, each half of the last, from which to go to nothing
+AS_GOOD = 8.0  # a change so many times the least is as good: round-off takes steps of four
 Coefficients = tuple[np.ndarray, np.ndarray]  # quadratic, cubic
 
 
@@ -27,39 +29,60 @@ def step(
 ) -> StepResult:
     """Quadratic and cubic coefficients by STEP. Collective.
 
-    ``amplitude`` of every prescribed mode, in the shell's unit of length; ``extrapolated`` from it
-    and its half to nothing.
+    ``amplitude`` of every prescribed mode, in the shell's unit of length; ``extrapolated`` from it,
+    its half and its quarter to nothing.
     """
     n = len(cases.linear)
-    every = list(load_cases(n))
-    solved = [case for case in every if not (cases.odd and is_mirrored(case))]
-    amplitudes = (amplitude, amplitude / 2) if extrapolated else (amplitude,)
+    solved = [case for case in load_cases(n) if not is_mirrored(case)]
+    if not cases.odd:
+        solved += map(opposite, solved.copy())
+    amplitudes = amplitude / 2.0 ** np.arange(EXTRAPOLATED if extrapolated else 1)
     found, total = [], len(amplitudes) * len(solved)
     for number, each in enumerate(amplitudes):
 
-        def told(done: int, _: int, before: int = number * len(solved)) -> None:
+        def told(done: int, before: int = number * len(solved)) -> None:
             if progress is not None:
                 progress(before + done, total)
 
-        found.append(coefficients(_forces(cases, every, solved, each, told), n, each))
-    quadratic, cubic = _to_nothing(*found) if extrapolated else found[0]
+        found.append(_of_parts(_forces(cases, solved, each, told), n, each))
+    quadratic, cubic = _to_nothing(found)
     return symmetric(quadratic, cubic, amplitude, total, InPlane())
 
 
-def _to_nothing(whole: Coefficients, half: Coefficients) -> Coefficients:
-    """Richardson's value at no amplitude: what truncation adds is even in the amplitude."""
-    quadratic, cubic = ((4 * b - a) / 3 for a, b in zip(whole, half))
-    return quadratic, cubic
+def opposite(case: Case) -> Case:
+    """The same modes with the other signs."""
+    return tuple((mode, -sign) for mode, sign in case)
+
+
+def _of_parts(forces: dict[Case, np.ndarray], n: int, amplitude: float) -> Coefficients:
+    """Quadratic coefficients of the even part of the forces, cubic ones of the odd part.
+
+    Each is free of the other, so that what truncation leaves is even in the amplitude.
+    """
+    even, odd = (
+        {case: (force + sign * forces[opposite(case)]) / 2 for case, force in forces.items()}
+        for sign in (1, -1)
+    )
+    return coefficients(even, n, amplitude)[0], coefficients(odd, n, amplitude)[1]
+
+
+def _to_nothing(found: Sequence[Coefficients]) -> Coefficients:
+    """Richardson's value at no amplitude, from halved ones: what truncation adds is even in it."""
+    for power in 4.0 ** np.arange(1, len(found)):
+        found = [
+            ((power * b[0] - a[0]) / (power - 1), (power * b[1] - a[1]) / (power - 1))
+            for a, b in zip(found, found[1:])
+        ]
+    return found[0]
 
 
 def _forces(
     cases: ShellCases,
-    every: list[Case],
     solved: list[Case],
     amplitude: float,
-    progress: Callable[[int, int], None],
+    progress: Callable[[int], None],
 ) -> dict[Case, np.ndarray]:
-    """Modal force of every load case, of which some are solved. Collective."""
+    """Modal force of load cases and of their opposites. Collective."""
     n = len(cases.linear)
     forces: dict[Case, np.ndarray] = {}
     for first in range(0, len(solved), BATCH):
@@ -69,31 +92,31 @@ def _forces(
             for mode, sign in case:
                 q[mode, column] = sign * amplitude
         forces |= zip(batch, cases.nonlinear_force(q).T)
-        progress(len(forces), len(solved))
-    for case in every:
-        if case not in forces:
-            forces[case] = -forces[tuple((mode, -sign) for mode, sign in case)]
-    return forces
+        progress(len(forces))
+    return forces if not cases.odd else forces | {opposite(c): -f for c, f in forces.items()}
 
 
 def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
-    """The amplitude at which extrapolated coefficients depend least on it, and by how much.
+    """The largest amplitude about which extrapolated coefficients hardly depend on it, and how much.
 
-    Halved from the thickness down, truncation falls as its fourth power while round-off rises;
-    what the next halving changes in the coefficients of single modes, relative to the largest,
-    tells.  Collective.
+    Halved from the thickness down, truncation falls as its sixth power while round-off rises as
+    its square; what the next halving changes in the coefficients of single modes, relative to the
+    largest, tells.  Collective.
     """
     amplitudes = thickness / 2.0 ** np.arange(HALVINGS)
     single = [_single(cases, amplitude) for amplitude in amplitudes]
-    values = [_to_nothing(*pair) for pair in zip(single, single[1:])]
+    values = [
+        _to_nothing(single[first : first + EXTRAPOLATED])
+        for first in range(HALVINGS - EXTRAPOLATED + 1)
+    ]
     changes = []
     for found, finer in zip(values, values[1:]):
         sizes = [np.abs(each).max() for each in finer]
         scale = max(sizes[1], sizes[0] / thickness)
         quadratic, cubic = (np.abs(a - b).max() for a, b in zip(found, finer))
         changes.append(max(cubic, quadratic / thickness) / scale)
-    best = int(np.argmin(changes))
-    return float(amplitudes[best + 1]), float(changes[best])
+    best = int(np.argmax(np.array(changes) <= AS_GOOD * min(changes)))
+    return float(amplitudes[best]), float(changes[best])
 
 
 def _single(cases: ShellCases, amplitude: float) -> Coefficients:
