@@ -200,7 +200,7 @@ def read_attributes(parent: Group) -> dict[str, Any]:
 
 def integer(parent: Group, name: str, low: int, high: int | None) -> int:
     """An attribute that is a whole number in a range."""
-    value = parent.attrs.get(name)
+    value: Any = parent.attrs.get(name)
     whole = isinstance(value, (int, np.integer))
     if not whole or value < low or (high is not None and value > high):
         shown = value.item() if isinstance(value, np.generic) else value

@@ -105,7 +105,10 @@ class Bytes:
             messages = list(self._messages(at))
             kinds = {kind for kind, _ in messages}
             is_group = kinds & {SYMBOL_TABLE, LINK_INFO, LINK}
-            self.objects[at] = (Group if is_group else Dataset)(self, messages)
+            if is_group:
+                self.objects[at] = Group(self, messages)
+            else:
+                self.objects[at] = Dataset(self, messages)
         return self.objects[at]
 
     def _messages(self, at: int) -> Iterator[tuple[int, Cursor]]:
@@ -115,7 +118,7 @@ class Bytes:
             raise FileError(NEWER)
         head.skip(1)
         count, _, length = head.number(2), head.number(4), head.number(4)
-        blocks, seen = [(at + 16, length)], set()
+        blocks, seen = [(at + 16, length)], set[int]()
         while blocks:
             start, length = blocks.pop()
             if start in seen:
@@ -138,7 +141,8 @@ class Bytes:
 
     def tree(self, at: int, kind: int, key: int) -> Iterator[tuple[Cursor, int]]:
         """Key and address of every leaf of a B-tree (III.A.1), whose keys have so many bytes."""
-        nodes, seen = [(at, None)], set()
+        nodes: list[tuple[int, int | None]] = [(at, None)]
+        seen: set[int] = set()
         while nodes:
             at, expected = nodes.pop()
             if at in seen:
@@ -245,7 +249,7 @@ class _Object:
             return name, kind if shape is not None else Type("empty", 0)
         count = int(np.prod(shape, dtype=object))
         values = elements(self.file, kind, message.bytes(count * kind.size), shape)
-        value = values[()] if shape == () else values
+        value: Any = values[()] if shape == () else values
         return name, value.decode() if isinstance(value, bytes) else value
 
 

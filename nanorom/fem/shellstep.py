@@ -97,7 +97,7 @@ def _forces(
 
 
 def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
-    """The largest amplitude about which extrapolated coefficients hardly depend on it, and how much.
+    """The largest amplitude on which extrapolated coefficients hardly depend, and how much they do.
 
     Halved from the thickness down, truncation falls as its sixth power while round-off rises as
     its square; what the next halving changes in the coefficients of single modes, relative to the

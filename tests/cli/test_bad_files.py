@@ -80,6 +80,10 @@ MESHES = {
     "write.geo": (geo('Printf("x") > "pwned";'), "Printf to a file"),
     "save.geo": (geo("", 'Save "pwned.msh";'), "found Save"),
     "include.geo": (geo('Include "other.geo";'), "found Include"),
+    "field.geo": (geo("", 'Field[1] = ExternalProcess; Field[1].CommandLine = "touch pwned";'
+                      " Background Field = 1;"), "line 5: found ExternalProcess"),
+    "field-file.geo": (geo("", 'Field[1] = Structured; Field[1].FileName = "/dev/zero";'),
+                       "line 5: found FileName"),
     "exit.geo": (geo("", "Exit;"), "found Exit"),
 }  # fmt: skip
 

@@ -12,7 +12,7 @@ from nanorom.hdf5format import LEAST_READ, PER_BYTE, fletcher32
 from nanorom.rom import ReducedModel
 
 KIND = "nanorom-rom"
-MUTANTS = 400  # files with changed bytes
+MUTANTS = 150  # files with changed bytes
 RNG = np.random.default_rng(5)
 ARRAYS = {
     "contiguous": (RNG.standard_normal((3, 4)), {}),
