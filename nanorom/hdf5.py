@@ -73,7 +73,7 @@ def _root(path: Path) -> Iterator[Group]:
     if path.is_dir():
         raise FileError("is a directory; give the name of a file")
     if not path.is_file():
-        raise FileError("no such file")
+        raise FileError("not a regular file" if path.exists() else "no such file")
     try:
         with open(path, "rb") as file:
             yield Bytes(file).root()

@@ -397,7 +397,9 @@ SWEEPS = {
     SWEEP.replace("0.98 f1", "1e9 f1"): "sweep.from",
     SWEEP.replace("1.02 f1", "inf"): "sweep.to: found",
     b"\xff\xfe\x00": "not a text file",
-    "a = " + "[" * 100_000: "not valid TOML",
+    "a = " + "[" * 100_000: "not valid TOML: nested too deeply",
+    "a = " + "9" * 5000: "not valid TOML: an integer of thousands of digits",
+    SWEEP.replace("direct", '"\\u001b[31m"'): r"drive.\?\[31m: unknown key",
 }
 
 
