@@ -211,7 +211,12 @@ class ShellCases:
 
     def _factorise(self, stiffness: PETSc.Mat) -> algebra.Factorization:
         held = stiffness.createSubMatrix(self._set, self._set)
-        return algebra.Factorization(held, "nanorom_shell_", "stiffness at held deflection")
+        try:
+            return algebra.Factorization(held, "nanorom_shell_", "stiffness at held deflection")
+        except algebra.IndefiniteError as error:
+            raise SolverError(
+                f"{error}: the surface buckles between its modes; lower reduction.amplitude"
+            ) from error
 
     def _project(self, force: np.ndarray) -> np.ndarray:
         """Modal forces; what is left of the residual of the rest counts to second order only."""

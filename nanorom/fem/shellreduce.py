@@ -76,9 +76,11 @@ def reduce_shell(
     with watch.stage("tensors"):
         cases = ShellCases(modes)
         stated = scene.reduction.amplitude
-        amplitude, change = (
-            shellstep.plateau(cases, h) if stated is None else (stated / scales.length, np.nan)
-        )
+        if stated is None:
+            amplitude, change = shellstep.plateau(cases, h)
+        else:
+            amplitude = stated / scales.length
+            change = shellstep.change(cases, amplitude, h)
         result = shellstep.step(
             cases, amplitude, lambda i, n: watch.tell("load cases", i, n), stated is None
         )
@@ -99,6 +101,7 @@ def reduce_shell(
         "asymmetry": result.asymmetry,
         "load_cases": result.n_cases,
         "amplitude": amplitude * scales.length,
+        "plateau": change,
         "truncation": missed,
         "tangential_inertia": float(inertia),
         "error_frequency": solution.error,
@@ -108,8 +111,6 @@ def reduce_shell(
         "ranks": team.within.size * team.across.size,
         "groups": team.across.size,
     }
-    if stated is None:
-        diagnostics["plateau"] = change
     model = ReducedModel(
         frequency=scales.frequency(modes.eigenvalues),
         mass=scales.mass * mass,

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from nanorom.errors import SolverError
 from nanorom.fem.inplane import InPlane
 from nanorom.fem.shellcases import ShellCases
 from nanorom.fem.step import Case, StepResult, coefficients, is_mirrored, load_cases, symmetric
@@ -17,6 +18,7 @@ from nanorom.fem.step import Case, StepResult, coefficients, is_mirrored, load_c
 BATCH = 64  # load cases solved together
 HALVINGS = 7  # of the amplitude, from the thickness down
 EXTRAPOLATED = 3  # amplitudes, each half of the last, from which to go to nothing
+NO_POLYNOMIAL = 1e-2  # change of coefficients with the amplitude that is refused
 AS_GOOD = 8.0  # a change so many times the least is as good: round-off takes steps of four
 Coefficients = tuple[np.ndarray, np.ndarray]  # quadratic, cubic
 
@@ -109,14 +111,32 @@ def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
         _to_nothing(single[first : first + EXTRAPOLATED])
         for first in range(HALVINGS - EXTRAPOLATED + 1)
     ]
-    changes = []
-    for found, finer in zip(values, values[1:]):
-        sizes = [np.abs(each).max() for each in finer]
-        scale = max(sizes[1], sizes[0] / thickness)
-        quadratic, cubic = (np.abs(a - b).max() for a, b in zip(found, finer))
-        changes.append(max(cubic, quadratic / thickness) / scale)
+    changes = [_change(*pair, thickness) for pair in zip(values, values[1:])]
     best = int(np.argmax(np.array(changes) <= AS_GOOD * min(changes)))
     return float(amplitudes[best]), float(changes[best])
+
+
+def change(cases: ShellCases, amplitude: float, thickness: float) -> float:
+    """What halving an amplitude changes in the coefficients of single modes, relative. Collective.
+
+    Raises SolverError if that is so much that the force is no polynomial there.
+    """
+    found = _change(_single(cases, amplitude), _single(cases, amplitude / 2), thickness)
+    if not found <= NO_POLYNOMIAL:
+        raise SolverError(
+            f"reduction.amplitude: at half of it the coefficients differ by {found:.1e} of their "
+            f"largest, more than {NO_POLYNOMIAL:g}: the shell's force is no cubic polynomial "
+            "there; lower it, or leave it out to have it found"
+        )
+    return found
+
+
+def _change(whole: Coefficients, half: Coefficients, thickness: float) -> float:
+    """Largest difference of coefficients relative to the largest, by their force at a thickness."""
+    sizes = [np.abs(each).max() for each in half]
+    scale = max(sizes[1], sizes[0] / thickness)
+    quadratic, cubic = (np.abs(a - b).max() for a, b in zip(whole, half))
+    return float(max(cubic, quadratic / thickness) / scale)
 
 
 def _single(cases: ShellCases, amplitude: float) -> Coefficients:
