@@ -67,7 +67,8 @@ def _fail(options: argparse.Namespace, message: str, status: int = 1) -> int:
     if options.debug:
         traceback.print_exc()
     if mpi_rank() == 0 or not together:
-        print(f"nanorom: error: {' '.join(message.split())}", file=sys.stderr, flush=True)
+        line = "".join(c if c.isprintable() else "?" for c in " ".join(message.split()))
+        print(f"nanorom: error: {line}", file=sys.stderr, flush=True)
     if not together:
         sys.modules["mpi4py.MPI"].COMM_WORLD.Abort(status)
     return status

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from nanorom.errors import FileError, NanoromError
 from nanorom.files import atomic_path
 from nanorom.trial import PER_BYTE, SMALL
 
+_left: ContextVar[list[int]] = ContextVar("left")  # bytes that may still be read of a file
 WORDS_SHOWN = 300  # characters of what a library says of a file
 
 
@@ -54,8 +56,10 @@ def store(file: h5py.File, path: str | Path) -> None:
 def opened(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     """A file of a nanorom format to read; every error inside becomes a FileError of one line."""
     path = Path(path)
+    token = None
     try:
         with _open(path) as file:
+            token = _left.set([_most(file.id.get_filesize())])
             _check_format(file, kind, version)
             yield file
     except NanoromError as error:
@@ -63,13 +67,21 @@ def opened(path: str | Path, kind: str, version: int) -> Iterator[h5py.File]:
     except Exception as error:  # whatever HDF5, NumPy or JSON find wrong with foreign bytes
         reason = " ".join(str(error).split())[:WORDS_SHOWN] or type(error).__name__
         raise FileError(f"{path}: damaged, or not a {kind} file: {reason}") from None
+    finally:
+        if token is not None:
+            _left.reset(token)
+
+
+def _most(size: int) -> int:
+    """Bytes that are read of a file of a size, each time that one is read."""
+    return max(SMALL, PER_BYTE * size)
 
 
 def _open(path: Path) -> h5py.File:
     if path.is_dir():
         raise FileError("is a directory; give the name of a file")
     if not path.is_file():
-        raise FileError("no such file")
+        raise FileError("not a regular file" if path.exists() else "no such file")
     try:
         with open(path, "rb"):
             pass
@@ -110,7 +122,13 @@ def read(
     parent: h5py.Group, name: str, shape: tuple[int | None, ...], kinds: str = "fiu"
 ) -> np.ndarray:
     """A dataset of the expected shape (None: any length) and kinds of type."""
-    return np.asarray(dataset(parent, name, shape, kinds)[()])
+    item = dataset(parent, name, shape, kinds)
+    left = _left.get()
+    left[0] -= item.nbytes
+    if left[0] < 0:  # many names for one array, perhaps
+        size = parent.file.id.get_filesize()
+        raise FileError(f"{name}: with it, more is read than a file of {size} bytes can hold")
+    return np.asarray(item[()])
 
 
 def dataset(
@@ -123,7 +141,7 @@ def dataset(
     if item.external is not None or item.is_virtual:
         raise FileError(f"{name}: its numbers are outside the file")
     declared, size = item.nbytes, parent.file.id.get_filesize()
-    if declared > max(SMALL, PER_BYTE * size):
+    if declared > _most(size):
         raise FileError(f"{name}: declares {declared:.1e} bytes in a file of {size:.1e}; not read")
     if len(item.shape) != len(shape) or any(
         wanted not in (None, found) for wanted, found in zip(shape, item.shape)
@@ -198,7 +216,7 @@ def read_attributes(parent: h5py.Group) -> dict[str, Any]:
 
 def integer(parent: h5py.Group, name: str, low: int, high: int | None) -> int:
     """An attribute that is a whole number in a range."""
-    value = parent.attrs.get(name)
+    value: Any = parent.attrs.get(name)
     whole = isinstance(value, (int, np.integer))
     if not whole or value < low or (high is not None and value > high):
         shown = value.item() if isinstance(value, np.generic) else value

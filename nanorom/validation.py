@@ -146,7 +146,11 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        reason = str(error).splitlines()[0] if str(error) else "nested too deeply"
+        reason = str(error).splitlines()[0]
+        if isinstance(error, RecursionError):
+            reason = "nested too deeply"
+        elif "integer string conversion" in reason:
+            reason = "an integer of thousands of digits"
         raise SceneError(f"not valid TOML: {reason}") from None
 
 

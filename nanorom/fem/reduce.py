@@ -62,9 +62,9 @@ def reduce_scene(
 ) -> ReducedModel:
     """Reduced model of a scene. Collective: every rank gets the same model.
 
-    The ranks share the mesh of a plate, or split into ``groups`` which each have the whole mesh
-    and share classes of symmetry and load cases; None: as many as `Plan.groups` finds best.
-    Load cases of STEP that an interrupted run left beside the ``output`` are not solved again.
+    The ranks share the mesh, or split into ``groups`` which each have the whole mesh and share
+    classes of symmetry and load cases; None: as many as `Plan.groups` finds best.  Load cases of
+    STEP that an interrupted run left beside the ``output`` are not solved again.
     Raises SceneError, MeshError or SolverError with one line that names the cause.
     """
     if scene.plate.model == "beam":
@@ -72,14 +72,14 @@ def reduce_scene(
     if scene.plate.initial_shape is not None:
         shapefile.read_table(scene.plate.initial_shape)  # before anything expensive
     watch = Stopwatch(progress)
-    if scene.plate.model == "shell":
-        return shellreduce.reduce_shell(
-            scene, watch, comm, lambda plate: reduce_scene(plate, progress, comm)
-        )
     plan = Plan.of(scene)
     if groups is None:
         groups = plan.groups(comm.size, memory(comm))
     team = split(comm, groups)
+    if scene.plate.model == "shell":
+        return shellreduce.reduce_shell(
+            scene, watch, team, lambda plate: reduce_scene(plate, progress, comm, groups=groups)
+        )
     scales = plan.scales
     journal = Journal(output, key_of(scene, comm.size) if output else "", comm)
     solution = solve_to_tolerance(team, plan, watch, journal)

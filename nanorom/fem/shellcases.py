@@ -6,7 +6,7 @@ displacement and the director are free and condensed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import attrs
@@ -15,7 +15,7 @@ import ufl
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
-from nanorom.fem import algebra, compat
+from nanorom.fem import algebra, compat, groups
 from nanorom.fem import modes as eigen
 from nanorom.fem.modes import Modes
 from nanorom.fem.shell import Shell
@@ -103,8 +103,8 @@ def solve(shell: Shell, problem: StaticProblem, count: int) -> ShellModes:
         if missing <= 0:
             break
         asked += missing
-    groups = eigen.clusters(eigenvalues[kept], eigen.NEAR)
-    last = [group for group in groups if group[0] < count][-1][-1]
+    clusters = eigen.clusters(eigenvalues[kept], eigen.NEAR)
+    last = [cluster for cluster in clusters if cluster[0] < count][-1][-1]
     kept = kept[: last + 1]
     return ShellModes(shell, problem, states[:, kept], found.take(kept), int(kept[-1] - last))
 
@@ -123,7 +123,7 @@ class ShellCases:
 
     def __init__(self, modes: ShellModes) -> None:
         problem, shell = modes.problem, modes.shell
-        self.problem = problem
+        self.problem, self._across = problem, shell.domain.across
         self.base, self._magnitude = problem.free_values(), float(problem.magnitude.value)
         self._frame = _Frame(shell, problem)
         component = problem.free.local % 6
@@ -154,8 +154,16 @@ class ShellCases:
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective.
 
-        Raises SolverError if a case does not converge.
+        Groups of ranks share the cases.  Raises SolverError if one does not converge.
         """
+
+        def work(own: Sequence[int]) -> dict[int, np.ndarray]:
+            return dict(zip(own, self._nonlinear_force(q[:, own]).T))
+
+        found = groups.shared(self._across, range(q.shape[1]), work)
+        return np.column_stack(list(found.values()))
+
+    def _nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         states = self._shapes @ q
         force = np.zeros_like(states)
         first, last = np.zeros(q.shape[1]), np.full(q.shape[1], np.inf)
@@ -203,7 +211,12 @@ class ShellCases:
 
     def _factorise(self, stiffness: PETSc.Mat) -> algebra.Factorization:
         held = stiffness.createSubMatrix(self._set, self._set)
-        return algebra.Factorization(held, "nanorom_shell_", "stiffness at held deflection")
+        try:
+            return algebra.Factorization(held, "nanorom_shell_", "stiffness at held deflection")
+        except algebra.IndefiniteError as error:
+            raise SolverError(
+                f"{error}: the surface buckles between its modes; lower reduction.amplitude"
+            ) from error
 
     def _project(self, force: np.ndarray) -> np.ndarray:
         """Modal forces; what is left of the residual of the rest counts to second order only."""

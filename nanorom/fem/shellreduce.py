@@ -29,6 +29,7 @@ from nanorom.fem import (
 )
 from nanorom.fem.build import boundary_kinds, check_boundary
 from nanorom.fem.discretisation import Discretisation
+from nanorom.fem.groups import Team, check_alike
 from nanorom.fem.mesh import Domain
 from nanorom.fem.modes import Modes
 from nanorom.fem.plan import SHELL_DEGREE, Plan
@@ -58,7 +59,7 @@ class Solution:
 def reduce_shell(
     scene: Scene,
     watch: Stopwatch,
-    comm: MPI.Comm,
+    team: Team,
     reduce_plate: Callable[[Scene], ReducedModel],
 ) -> ReducedModel:
     """Reduced model of a scene whose plate.model is shell. Collective.
@@ -68,16 +69,18 @@ def reduce_shell(
     """
     check(scene)
     scales = Scales.of(scene)
-    solution = solve_to_tolerance(comm, scene, scales, watch)
+    solution = solve_to_tolerance(team, scene, scales, watch)
     shell, h = solution.modes.shell, scene.plate.thickness / scales.length
     selected = np.array(scene.modes.numbers) - 1
     modes = solution.modes.like(normalise(solution.modes.modes.take(selected)))
     with watch.stage("tensors"):
         cases = ShellCases(modes)
         stated = scene.reduction.amplitude
-        amplitude, change = (
-            shellstep.plateau(cases, h) if stated is None else (stated / scales.length, np.nan)
-        )
+        if stated is None:
+            amplitude, change = shellstep.plateau(cases, h)
+        else:
+            amplitude = stated / scales.length
+            change = shellstep.change(cases, amplitude, h)
         result = shellstep.step(
             cases, amplitude, lambda i, n: watch.tell("load cases", i, n), stated is None
         )
@@ -98,16 +101,16 @@ def reduce_shell(
         "asymmetry": result.asymmetry,
         "load_cases": result.n_cases,
         "amplitude": amplitude * scales.length,
+        "plateau": change,
         "truncation": missed,
         "tangential_inertia": float(inertia),
         "error_frequency": solution.error,
         "dofs": int(shell.space.dofmap.index_map.size_global) * 6,
         "cells": int(shell.mesh.topology.index_map(2).size_global),
         "degree": shell.degree,
-        "ranks": comm.size,
+        "ranks": team.within.size * team.across.size,
+        "groups": team.across.size,
     }
-    if stated is None:
-        diagnostics["plateau"] = change
     model = ReducedModel(
         frequency=scales.frequency(modes.eigenvalues),
         mass=scales.mass * mass,
@@ -188,7 +191,7 @@ def compared(shell: ReducedModel, plate: ReducedModel) -> dict[str, float]:
 
 
 def solve_to_tolerance(
-    comm: MPI.Comm, scene: Scene, scales: Scales, watch: Stopwatch
+    team: Team, scene: Scene, scales: Scales, watch: Stopwatch
 ) -> Solution:
     """Static state and modes on a mesh made for the tolerance, and on finer ones until it is met.
 
@@ -197,7 +200,7 @@ def solve_to_tolerance(
     plan = Plan.of(scene)
     tolerance = aim = scene.accuracy.tolerance
     for _ in range(MOST_MESHES):
-        solution = solve(comm, scene, scales, plan.discretisation(aim), watch)
+        solution = solve(team, scene, scales, plan.discretisation(aim), watch)
         if tolerance is None or aim is None or solution.error <= tolerance:
             return solution
         aim *= min(COARSER, tolerance / solution.error)
@@ -213,12 +216,14 @@ def solve_to_tolerance(
 
 
 def solve(
-    comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discretisation, watch: Stopwatch
+    team: Team, scene: Scene, scales: Scales, chosen: Discretisation, watch: Stopwatch
 ) -> Solution:
     """Static state and modes on one mesh, of two degrees. Collective."""
     degree = scene.accuracy.degree or SHELL_DEGREE
     with watch.stage("mesh"):
-        domain = build_surface(comm, scene, scales, attrs.evolve(chosen, degree=degree))
+        domain = build_surface(team.within, scene, scales, attrs.evolve(chosen, degree=degree))
+        check_alike(team.across, domain.mesh.geometry.x)
+        domain = attrs.evolve(domain, across=team.across)
     found = []
     for each in (degree - 1, degree):
         shell = build_shell(scene, scales, domain, each)
@@ -230,7 +235,8 @@ def solve(
     n = scene.modes.highest
     error = np.abs(coarse.eigenvalues[:n] / modes.eigenvalues[:n] - 1).max() / 2
     deflections, names = labels.name(scene, modes.modes)
-    return Solution(modes.like(deflections), names, float(error))
+    error = team.across.bcast(float(error))  # all groups decide alike
+    return Solution(modes.like(deflections), names, error)
 
 
 def build_surface(

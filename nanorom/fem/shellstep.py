@@ -6,10 +6,11 @@ measures what a quadratic and cubic force leaves out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from nanorom.errors import SolverError
 from nanorom.fem.inplane import InPlane
 from nanorom.fem.selection import Case, images, solved_for
 from nanorom.fem.shellcases import ShellCases
@@ -17,6 +18,9 @@ from nanorom.fem.step import StepResult, coefficients, load_cases, symmetric
 
 BATCH = 64  # load cases solved together
 HALVINGS = 7  # of the amplitude, from the thickness down
+EXTRAPOLATED = 3  # amplitudes, each half of the last, from which to go to nothing
+NO_POLYNOMIAL = 1e-2  # change of coefficients with the amplitude that is refused
+AS_GOOD = 8.0  # a change so many times the least is as good: round-off takes steps of four
 Coefficients = tuple[np.ndarray, np.ndarray]  # quadratic, cubic
 
 
@@ -28,38 +32,61 @@ def step(
 ) -> StepResult:
     """Quadratic and cubic coefficients by STEP. Collective.
 
-    ``amplitude`` of every prescribed mode, in the shell's unit of length; ``extrapolated`` from it
-    and its half to nothing.
+    ``amplitude`` of every prescribed mode, in the shell's unit of length; ``extrapolated`` from it,
+    its half and its quarter to nothing.
     """
     n = len(cases.linear)
-    sources = solved_for(load_cases(n), images([()] * n, cases.odd))
+    firsts = [case for case in load_cases(n) if case[0][1] > 0]
+    every = [*firsts, *map(opposite, firsts)]
+    sources = solved_for(every, images([()] * n, cases.odd))
     solved = [case for case, (source, _) in sources.items() if source == case]
-    amplitudes = (amplitude, amplitude / 2) if extrapolated else (amplitude,)
+    amplitudes = amplitude / 2.0 ** np.arange(EXTRAPOLATED if extrapolated else 1)
     found, total = [], len(amplitudes) * len(solved)
     for number, each in enumerate(amplitudes):
 
-        def told(done: int, _: int, before: int = number * len(solved)) -> None:
+        def told(done: int, before: int = number * len(solved)) -> None:
             if progress is not None:
                 progress(before + done, total)
 
         own = _forces(cases, solved, each, told)
         forces = {case: signs * own[source] for case, (source, signs) in sources.items()}
-        found.append(coefficients(forces, n, each))
-    quadratic, cubic = _to_nothing(*found) if extrapolated else found[0]
+        found.append(_of_parts(forces, n, each))
+    quadratic, cubic = _to_nothing(found)
     return symmetric(quadratic, cubic, amplitude, total, InPlane())
 
 
-def _to_nothing(whole: Coefficients, half: Coefficients) -> Coefficients:
-    """Richardson's value at no amplitude: what truncation adds is even in the amplitude."""
-    quadratic, cubic = ((4 * b - a) / 3 for a, b in zip(whole, half))
-    return quadratic, cubic
+def opposite(case: Case) -> Case:
+    """The same modes with the other signs."""
+    return tuple((mode, -sign) for mode, sign in case)
+
+
+def _of_parts(forces: dict[Case, np.ndarray], n: int, amplitude: float) -> Coefficients:
+    """Quadratic coefficients of the even part of the forces, cubic ones of the odd part.
+
+    Each is free of the other, so that what truncation leaves is even in the amplitude.
+    """
+    even, odd = (
+        {case: (force + sign * forces[opposite(case)]) / 2 for case, force in forces.items()}
+        for sign in (1, -1)
+    )
+    return coefficients(even, n, amplitude)[0], coefficients(odd, n, amplitude)[1]
+
+
+def _to_nothing(found: Sequence[Coefficients]) -> Coefficients:
+    """Richardson's value at no amplitude, from halved ones: what truncation adds is even in it."""
+    for power in 4.0 ** np.arange(1, len(found)):
+        found = [
+            ((power * b[0] - a[0]) / (power - 1), (power * b[1] - a[1]) / (power - 1))
+            for a, b in zip(found, found[1:])
+        ]
+    return found[0]
 
 
 def _forces(
     cases: ShellCases,
     solved: list[Case],
     amplitude: float,
-    progress: Callable[[int, int], None],
+    progress: Callable[[int], None],
 ) -> dict[Case, np.ndarray]:
     """Modal force of the load cases that are solved. Collective."""
     n = len(cases.linear)
@@ -71,28 +98,49 @@ def _forces(
             for mode, sign in case:
                 q[mode, column] = sign * amplitude
         forces |= zip(batch, cases.nonlinear_force(q).T)
-        progress(len(forces), len(solved))
+        progress(len(forces))
     return forces
 
 
 def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
-    """The amplitude at which extrapolated coefficients depend least on it, and by how much.
+    """The largest amplitude on which extrapolated coefficients hardly depend, and how much they do.
 
-    Halved from the thickness down, truncation falls as its fourth power while round-off rises;
-    what the next halving changes in the coefficients of single modes, relative to the largest,
-    tells.  Collective.
+    Halved from the thickness down, truncation falls as its sixth power while round-off rises as
+    its square; what the next halving changes in the coefficients of single modes, relative to the
+    largest, tells.  Collective.
     """
     amplitudes = thickness / 2.0 ** np.arange(HALVINGS)
     single = [_single(cases, amplitude) for amplitude in amplitudes]
-    values = [_to_nothing(*pair) for pair in zip(single, single[1:])]
-    changes = []
-    for found, finer in zip(values, values[1:]):
-        sizes = [np.abs(each).max() for each in finer]
-        scale = max(sizes[1], sizes[0] / thickness)
-        quadratic, cubic = (np.abs(a - b).max() for a, b in zip(found, finer))
-        changes.append(max(cubic, quadratic / thickness) / scale)
-    best = int(np.argmin(changes))
-    return float(amplitudes[best + 1]), float(changes[best])
+    values = [
+        _to_nothing(single[first : first + EXTRAPOLATED])
+        for first in range(HALVINGS - EXTRAPOLATED + 1)
+    ]
+    changes = [_change(*pair, thickness) for pair in zip(values, values[1:])]
+    best = int(np.argmax(np.array(changes) <= AS_GOOD * min(changes)))
+    return float(amplitudes[best]), float(changes[best])
+
+
+def change(cases: ShellCases, amplitude: float, thickness: float) -> float:
+    """What halving an amplitude changes in the coefficients of single modes, relative. Collective.
+
+    Raises SolverError if that is so much that the force is no polynomial there.
+    """
+    found = _change(_single(cases, amplitude), _single(cases, amplitude / 2), thickness)
+    if not found <= NO_POLYNOMIAL:
+        raise SolverError(
+            f"reduction.amplitude: at half of it the coefficients differ by {found:.1e} of their "
+            f"largest, more than {NO_POLYNOMIAL:g}: the shell's force is no cubic polynomial "
+            "there; lower it, or leave it out to have it found"
+        )
+    return found
+
+
+def _change(whole: Coefficients, half: Coefficients, thickness: float) -> float:
+    """Largest difference of coefficients relative to the largest, by their force at a thickness."""
+    sizes = [np.abs(each).max() for each in half]
+    scale = max(sizes[1], sizes[0] / thickness)
+    quadratic, cubic = (np.abs(a - b).max() for a, b in zip(whole, half))
+    return float(max(cubic, quadratic / thickness) / scale)
 
 
 def _single(cases: ShellCases, amplitude: float) -> Coefficients:

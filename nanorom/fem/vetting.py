@@ -21,7 +21,8 @@ BLOCK_COMMENT = re.compile(r"/\*[^\"']*?\*/")
 LINE_COMMENT = re.compile(r"^([^\"'\n]*?)//[^\"'\n]*$", re.MULTILINE)
 FORBIDDEN = re.compile(
     r"\b((?:NonBlocking)?System(?:Call)?|Onelab\w*|Include|Merge\w*|ShapeFromFile|Plugin|Save|Print"
-    r"|Exit|Abort)\b(?!\s*[=.])|\bPrintf\s*\([^;]*\)\s*(>)"
+    r"|Exit|Abort)\b(?!\s*[=.])|\b(ExternalProcess|CommandLine|\w*FileName)\b"
+    r"|\bPrintf\s*\([^;]*\)\s*(>)"
 )
 LARGEST_GEO = 10_000_000  # bytes
 MEMORY = 2**31, 100  # bytes of address space for a .msh: at least, and per byte of the file
@@ -71,8 +72,9 @@ def _check_statements(file: Path, content: bytes) -> None:
     found = FORBIDDEN.search(text)
     if found:
         line = text.count("\n", 0, found.start()) + 1
+        what = found[1] or found[2] or "Printf to a file"
         raise MeshError(
-            f"{file}: line {line}: found {found[1] or 'Printf to a file'}, which is not run: a "
+            f"{file}: line {line}: found {what}, which is not run: a "
             "geometry file may not start commands, touch other files or stop gmsh"
         )
 

@@ -80,6 +80,10 @@ MESHES = {
     "write.geo": (geo('Printf("x") > "pwned";'), "Printf to a file"),
     "save.geo": (geo("", 'Save "pwned.msh";'), "found Save"),
     "include.geo": (geo('Include "other.geo";'), "found Include"),
+    "field.geo": (geo("", 'Field[1] = ExternalProcess; Field[1].CommandLine = "touch pwned";'
+                      " Background Field = 1;"), "line 5: found ExternalProcess"),
+    "field-file.geo": (geo("", 'Field[1] = Structured; Field[1].FileName = "/dev/zero";'),
+                       "line 5: found FileName"),
     "exit.geo": (geo("", "Exit;"), "found Exit"),
 }  # fmt: skip
 
@@ -213,9 +217,9 @@ ROMS = {
     "text cubic": (put("cubic", "1"), "cubic: found shape"),
     "complex mass": (put("mass", [1j, 1.0]), "mass: found type complex128"),
     "references": (declared("mass", (2,), dtype=h5py.ref_dtype), "mass: found type"),
-    "ragged": (declared("mass", (2,)), "mass, frequency: found a value"),
+    "not written": (declared("mass", (2,)), "mass: declares 1.6e\\+01 bytes, which were never"),
     "vlen": (put("mass", np.array([np.ones(2), np.ones(3)], object),
-                 dtype=h5py.vlen_dtype(float)), "mass: found type object"),
+                 dtype=h5py.vlen_dtype(float)), "mass: found type variable-length"),
     "compound": (put("mass", np.zeros(2, [("a", float)])), "mass: found type"),
     "opaque": (pickled, "mass: found shape|mass: found type"),
     "infinite stiffness": (put("stiffness", np.full((2, 2), np.inf)), "stiffness: contains NaN"),
@@ -225,7 +229,7 @@ ROMS = {
     "fractional number": (put("number", [1.5, 2.5]), "whole numbers"),
     "not symmetric": (put("stiffness", [[1.0, 2.0], [0.0, 1.0]]), "stiffness: the matrix is not"),
     "drive is data": (linked("drive", h5py.SoftLink("/mass")), "drive: missing, or not a group"),
-    "external link": (linked("mass", h5py.ExternalLink("/etc/passwd", "/")), "mass: missing"),
+    "external link": (linked("mass", h5py.ExternalLink("/etc/passwd", "/")), "links to other"),
     "soft link": (linked("mass", h5py.SoftLink("/frequency")), "mass: missing, or not"),
     "circle": (linked("mass", h5py.SoftLink("/mass")), "mass: missing, or not"),
     "group": (linked("shapes", h5py.SoftLink("/")), "shapes.*missing"),
@@ -241,7 +245,7 @@ ROMS = {
     "label of arrays": (put("label", np.array([np.ones(2), np.ones(3)], object),
                             dtype=h5py.vlen_dtype(float)), "label: found type"),
     "reference attribute": (lambda f: f["diagnostics"].attrs.__setitem__("x", f["mass"].ref),
-                            "x: found type Reference"),
+                            "x: found type reference"),
     "empty attribute": (attribute("asymmetry", h5py.Empty("f"), "diagnostics"), "asymmetry: found"),
     "NaN asymmetry": (attribute("asymmetry", np.nan, "diagnostics"), "deviate from a potential"),
     "deep JSON": (attribute("x", "{" + '"a":{' * 5000, "diagnostics"), "damaged"),
@@ -282,7 +286,7 @@ RESPONSES = {
     "no rows": (lambda f: f["level/0/branch/0/rows"].__setitem__(0, -3), "rows: an orbit"),
     "omega": (declared("level/0/branch/0/omega", (10**9,), chunks=(10**5,)), "omega: declares"),
     "types": (put("level/0/special_points/type", ["XX"]), "found type 'XX'"),
-    "linked level": (linked("level/0", h5py.ExternalLink("other.h5", "/level/0")), "level/0: mis"),
+    "linked level": (linked("level/0", h5py.ExternalLink("other.h5", "/level/0")), "links to oth"),
 }  # fmt: skip
 
 
@@ -393,7 +397,9 @@ SWEEPS = {
     SWEEP.replace("0.98 f1", "1e9 f1"): "sweep.from",
     SWEEP.replace("1.02 f1", "inf"): "sweep.to: found",
     b"\xff\xfe\x00": "not a text file",
-    "a = " + "[" * 100_000: "not valid TOML",
+    "a = " + "[" * 100_000: "not valid TOML: nested too deeply",
+    "a = " + "9" * 5000: "not valid TOML: an integer of thousands of digits",
+    SWEEP.replace("direct", '"\\u001b[31m"'): r"drive.\?\[31m: unknown key",
 }
 
 

@@ -94,7 +94,7 @@ def attribute(name, value):
     return lambda file: file.attrs.__setitem__(name, value)
 
 
-def soft_link(file):
+def external_link(file):
     del file["cubic"]
     file["cubic"] = h5py.ExternalLink("/etc/hostname", "/cubic")
 
@@ -138,7 +138,7 @@ BROKEN = [
     (attribute("normalization", "mass"), "normalization: found 'mass'"),
     (attribute("versions", "[1]"), "expected a JSON object"),
     (attribute("versions", "{"), "damaged"),
-    (soft_link, "cubic: missing, or not a dataset of this file"),
+    (external_link, "cubic: missing, or not a dataset of this file"),
     (outside, "mass: its numbers are outside the file"),
     (huge, "points: declares"),
     (many_modes, "found 1000000 modes; at most 100"),
@@ -187,28 +187,3 @@ def test_a_reported_asymmetry_is_accepted(tmp_path, make_model):
     model = make_model(2, cubic=cubic, diagnostics={"asymmetry": 1e-5})
     model.save(tmp_path / "rom.h5")
     assert same(model, ReducedModel.load(tmp_path / "rom.h5"))
-
-
-def test_a_file_that_the_hdf5_library_may_not_survive_is_an_error(tmp_path):
-    """A string's place in the heap of all strings, far beyond that heap: HDF5 1.10 crashes."""
-    path = tmp_path / "rom.h5"
-    with h5py.File(path, "w") as file:
-        file.attrs["format"] = "nanorom-rom"
-    whole = path.read_bytes()
-    # a string's length, the address of the heap and the number that it has there
-    known = len("nanorom-rom").to_bytes(4, "little") + whole.index(b"GCOL").to_bytes(8, "little")
-    place = whole.index(known) + len(known)
-    path.write_bytes(whole[:place] + b"\xff\xff\xff\x7f" + whole[place + 4 :])
-    with pytest.raises(FileError, match=r"rom.h5: (damaged|an HDF5 file of format)"):
-        ReducedModel.load(path)
-
-
-def test_one_changed_byte_of_an_array_is_found(tmp_path, make_model):
-    path = tmp_path / "rom.h5"
-    model = make_model(2)
-    model.save(path)
-    whole = path.read_bytes()
-    place = whole.index(model.frequency.tobytes())
-    path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-    with pytest.raises(FileError, match="damaged"):
-        ReducedModel.load(path)
