@@ -27,7 +27,7 @@ POINTWISE = 12.0  # from a shape's extrapolated tail in the cells at its peak to
 AT_PEAK = 0.9  # of the largest value: what a cell at the peak has somewhere
 FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its eigenvalue
 AVERAGES = 6.0  # from that of a shape and of what weighs it to the error of integrals over it
-IN_PLANE = 3.0  # from that of the in-plane displacement to its error
+IN_PLANE = 2.0  # from that of the in-plane displacement to its error
 DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
 CHUNK = 256  # cells at a time
 

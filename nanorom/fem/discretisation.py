@@ -20,11 +20,11 @@ from nanorom.film import Kind, Spring
 from nanorom.scene import Disc, MeshFile, Rectangle, Scene, String
 
 DEGREE = 8
-WAVES = (2.69, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
+WAVES = (2.66, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
 RATE = 14.0  # at which errors fall with the size
 COARSEST = 1.0  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
-OUTERMOST = 4.5  # of the layer: width of the cells at the edge at tolerance 1e-6
+OUTERMOST = 4.0  # of the layer: width of the cells at the edge at tolerance 1e-6
 OUTERMOST_RATE = 7.4  # at which errors fall with that width
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
 AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most

@@ -1,0 +1,76 @@
+"""Estimated errors are near the true ones, and meshes are as coarse as their tolerance allows."""
+
+import numpy as np
+import pytest
+
+from nanorom.bench import accuracy, exact
+from nanorom.fem.accuracy import extrapolated
+from nanorom.fem.plan import Plan
+from nanorom.scene import Modes, Plate, Support, Tension
+from nanorom.workflow import reduce
+from tests.fem.test_plan import rectangle
+
+CASES = {
+    "plate": lambda: (exact.drum(0.0, 5), 1e-6),
+    "one mode": lambda: (exact.drum(100.0, 1), 1e-8),
+    "edge layer": lambda: (exact.drum(1e3, 5), 1e-4),
+    "thin edge layer": lambda: (exact.drum(1e5, 5), 1e-6),
+    "near buckling": lambda: (exact.drum(-0.9999 * exact.BUCKLING, 3), 1e-6),
+    "corners": lambda: (exact.square(4), 1e-5),
+}
+FINE = 1e-10  # tolerance of the mesh that a clamped rectangle is held against
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_estimates_are_neither_too_small_nor_a_hundred_times_too_large(case):
+    known, tolerance = CASES[case]()
+    claim = accuracy.claim(exact.with_tolerance(known, tolerance), tolerance)
+    assert claim.verdict == "ok", claim
+
+
+def test_the_papers_drum_takes_few_unknowns():
+    """Two rings of cells for 1e-3, three for 1e-5."""
+    for tolerance, most in ((1e-3, 300), (1e-5, 500)):
+        model = reduce(exact.with_tolerance(exact.paper_drum(), tolerance).scene)
+        found = model.diagnostics
+        assert found["dofs"] < most
+        assert max(found["error_frequency"], found["error_tensor"]) < tolerance
+
+
+def test_a_clamped_rectangle_errs_by_less_than_estimated():
+    scene = rectangle(tension=Tension(x=0.05, y=0.04))
+    fine = reduce(scene.with_(tolerance=FINE))
+    coarse = reduce(scene.with_(tolerance=1e-4))
+    error = np.abs(coarse.frequency / fine.frequency - 1).max()
+    assert error < coarse.diagnostics["error_frequency"] < 1e-4
+    difference = np.abs(coarse.cubic - fine.cubic).max() / np.abs(fine.cubic).max()
+    assert difference < coarse.diagnostics["error_tensor"] < 1e-4
+
+
+def test_what_is_beyond_a_degree_follows_the_last_of_even_and_of_odd_ones():
+    """Tails that fall by 100 and by 4 in turn: the next falls as the last but one."""
+    tails = np.array([[1e-6], [1e-4], [4e-4]])
+    assert extrapolated(tails) == pytest.approx(0.25e-6)
+
+
+def test_cells_towards_an_edge_lie_in_order_within_the_film():
+    random = np.random.default_rng(1)
+    for _ in range(300):
+        tolerance, tension = 10 ** random.uniform((-9, -4), (-1, 3))
+        count = int(random.integers(1, 40))
+        kind = random.choice(["clamped", "simply_supported"])
+        sides = rectangle(
+            plate=Plate(thickness="10 nm", model="plate"),
+            tension=Tension(x=tension, y=tension),
+            support=Support(str(kind)),
+            modes=Modes(count=count),
+        )
+        chosen = Plan.of(sides).discretisation(tolerance)
+        for axis, (number, side) in enumerate((("n_x", "length"), ("n_y", "width"))):
+            points = np.zeros((int(chosen.parameters[number]) + 1, 2))
+            points[:, axis] = chosen.parameters[side] / 2 * np.linspace(0, 1, len(points))
+            assert (np.diff(chosen.grading.move(points)[:, axis]) > 0).all()
+        drum = exact.drum(1e3 * tension, count).scene
+        chosen = Plan.of(drum).discretisation(tolerance)
+        points = np.linspace(0, 1, int(chosen.parameters["rings"]) + 1)[:, None] * [1.0, 0.0]
+        assert (np.diff(chosen.grading.move(points)[:, 0]) > 0).all()
