@@ -97,7 +97,7 @@ class Shell:
 
     def normal_displacement(self, states: np.ndarray) -> np.ndarray:
         """(local dofs, m) of the deflections of states (local dofs, m)."""
-        u = states.reshape(len(states) // 6, 6, -1)[:, :3]
+        u = states.reshape(len(states) // 6, 6, states.shape[1])[:, :3]  # a rank may have none
         w = np.empty((len(u), u.shape[2]))
         w[self.nodes_in(self.deflections)] = np.einsum("ni,nim->nm", self.normals(), u)
         return w

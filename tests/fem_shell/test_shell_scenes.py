@@ -158,15 +158,9 @@ def test_surface_in_space_needs_a_shell_and_one_upper_side(tmp_path):
         mesh._check_sides(triangles, file)
 
 
-@pytest.mark.parametrize(
-    ("thicknesses", "message"),
-    [
-        (5, r"at half of it the coefficients differ by \d\.\de-02 .* lower it, or leave it out"),
-        (12, "lower reduction.amplitude"),
-    ],
-)
-def test_an_amplitude_at_which_the_force_is_no_polynomial_is_an_error(thicknesses, message):
+@pytest.mark.parametrize("thicknesses", [5, 12])
+def test_an_amplitude_at_which_the_force_is_no_polynomial_is_an_error(thicknesses):
     h = 80e-9
     reduction = Reduction(method="step", amplitude=thicknesses * h)
-    with pytest.raises(SolverError, match=message):
+    with pytest.raises(SolverError, match=r"differ by \d\.\de-02 .* lower it, or leave it out"):
         reduce_scene(scene(h, reduction=reduction))
