@@ -62,10 +62,11 @@ def add_load(
     gradients = field.gradients.reshape(c, 2 * q, n).transpose(0, 2, 1)
     xx, yy, xy = force
     dofs = compat.cell_dofs(plate.in_plane)[field.cells].ravel()
-    spread = csr_matrix((np.ones(c * n), (dofs, np.arange(c * n))), (len(loads) // 2, c * n))
+    rows, place = np.unique(dofs, return_inverse=True)  # no others are touched
+    spread = csr_matrix((np.ones(c * n), (place, np.arange(c * n))), (len(rows), c * n))
     for component, (x, y) in enumerate(((xx, xy), (xy, yy))):
         traction = np.stack([x, y], axis=2).reshape(c, 2 * q, -1)
-        loads[component::2] += spread @ np.matmul(gradients, traction).reshape(c * n, -1)
+        loads[2 * rows + component] += spread @ np.matmul(gradients, traction).reshape(c * n, -1)
 
 
 def summed(plate: Plate, loads: np.ndarray) -> np.ndarray:
