@@ -161,8 +161,7 @@ def paper_drum(count: int = 11) -> Case:
 def square(count: int = 6, longer: float = 0.0) -> Case:
     """Square membrane, nu = 0.25, immovable edges; along y it may be a little longer, relative.
 
-    Its frequencies are then the rectangle's, those of a pair their mean, as they are told where
-    their squares differ by less than 1e-6; its tensor is that of the square.
+    Its frequencies are then the rectangle's; its tensor is that of the square.
 
     Provenance of the tensor: Ritz' method with exact shapes and integrated Legendre polynomials
     for the in-plane displacement, extrapolated from N = 28, 40, 56, 80 (last change 2e-10).
@@ -176,7 +175,7 @@ def square(count: int = 6, longer: float = 0.0) -> Case:
         tension=Tension(x=tension, y=tension),
         modes=Modes(count=count),
     )
-    waves = np.array(data["modes"][:count]) * np.sqrt((1 + (1 + longer) ** -2) / 2)
+    waves = np.array(data["modes"][:count]) / [1.0, 1.0 + longer]
     tensor = symmetric_tensor(data["T"], len(data["modes"]))[(slice(count),) * 4]
     speed = np.sqrt(tension / (DENSITY * thickness))
     return Case(

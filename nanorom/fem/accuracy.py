@@ -68,6 +68,8 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     scale = POINTWISE * _at_peaks(plate, modes.shapes)
     rounding = rounding * whole / total_energy
     frequency = 0.5 * FREQUENCY * beyond / total_energy + rounding
+    if modes.shift is not None:
+        frequency += modes.shift
     return ModeErrors(frequency, rounding, average, scale)
 
 

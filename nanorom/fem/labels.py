@@ -14,9 +14,9 @@ import numpy as np
 from scipy.special import jn_zeros, jv
 
 from nanorom.fem import quadrature
-from nanorom.fem.modes import Modes, clusters
+from nanorom.fem.modes import DEGENERATE, Modes, clusters
 from nanorom.fem.shapes import bounding_box, extent, orient
-from nanorom.fem.symmetry import Parity, is_symmetric
+from nanorom.fem.symmetry import Parity, is_square, is_symmetric
 from nanorom.scene import Disc, Rectangle, Scene
 
 MIXED = 0.9  # a second component at least so large makes a name of two
@@ -30,8 +30,11 @@ def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
         return name_drum(modes, is_symmetric(scene), scene.tension.x == scene.tension.y)
     if isinstance(scene.geometry, Rectangle):
         free = {side: kind == "free" for side, kind in scene.supports.items()}
+        equal = DEGENERATE
+        if not is_square(scene) and scene.accuracy.tolerance is not None:
+            equal = min(equal, scene.accuracy.tolerance)
         return name_rectangle(
-            modes, free_x=free["left"] and free["right"], free_y=free["bottom"] and free["top"]
+            modes, free["left"] and free["right"], free["bottom"] and free["top"], equal
         )
     return name_by_number(modes)
 
@@ -147,15 +150,17 @@ def _allowed(
 
 
 def name_rectangle(
-    modes: Modes, free_x: bool = False, free_y: bool = False
+    modes: Modes, free_x: bool = False, free_y: bool = False, equal: float = DEGENERATE
 ) -> tuple[Modes, list[str]]:
     """Orient equal frequencies and name the modes ``(m,n)`` by half-waves along x and y.
 
     ``free_x``, ``free_y``: the ends along x, y are free.  Between supported ends half-waves are
-    sines; between free ones cosines, counted from 0.  Collective.
+    sines; between free ones cosines, counted from 0.  ``equal``: relative difference of squared
+    frequencies that are told as one.  Collective.
     """
-    groups = clusters(modes.eigenvalues)
-    modes = orient(modes, [part for group in groups for part in _by_parity(modes, group)])
+    near = clusters(modes.eigenvalues)  # rounding mixes what differs by less
+    modes = orient(modes, [part for group in near for part in _by_parity(modes, group)])
+    groups = clusters(modes.eigenvalues, equal)
     keys: list[tuple] = []
     for spectrum in _wave_content(modes, free_x, free_y):
         first, second = np.argsort(np.abs(spectrum).ravel())[::-1][:2]
@@ -209,7 +214,8 @@ def _sorted(
     for group in groups:
         order[group] = sorted(group, key=lambda i: keys[i])
         eigenvalues[group] = modes.eigenvalues[group].mean()
-    modes = attrs.evolve(modes.take(order), eigenvalues=eigenvalues)
+    shift = 0.5 * np.abs(modes.eigenvalues / eigenvalues - 1)[order]
+    modes = attrs.evolve(modes.take(order), eigenvalues=eigenvalues, shift=shift)
     return modes, [keys[i] for i in order]
 
 

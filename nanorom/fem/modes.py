@@ -39,7 +39,7 @@ class Modes:
     modal mass on the meshed part when solved for; parities: n classes of symmetry; stiffness:
     assembled on all degrees of freedom, by class; mass: assembled on all degrees of freedom;
     force: what the stiffness does, to more digits; diameters: (n,) nodal ones, where the film is a
-    body of revolution.
+    body of revolution; shift: (n,) of frequencies, relative, where near ones are told as equal.
     """
 
     plate: Plate
@@ -50,6 +50,7 @@ class Modes:
     mass: PETSc.Mat
     force: LinearForce
     diameters: np.ndarray | None = None
+    shift: np.ndarray | None = None
 
     @property
     def n_owned(self) -> int:
@@ -86,6 +87,7 @@ class Modes:
             shapes=np.ascontiguousarray(self.shapes[:, index]),
             parities=[self.parities[i] for i in index],
             diameters=None if self.diameters is None else self.diameters[index],
+            shift=None if self.shift is None else self.shift[index],
         )
 
 

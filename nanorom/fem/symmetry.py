@@ -80,6 +80,18 @@ def is_of_revolution(scene: Scene) -> bool:
     return isinstance(scene.geometry, Disc) and isotropic and is_symmetric(scene)
 
 
+def is_square(scene: Scene) -> bool:
+    """The film and its static state stay as they are when x and y change places."""
+    geometry, tension = scene.geometry, scene.tension
+    return (
+        isinstance(geometry, Rectangle)
+        and geometry.length == geometry.width
+        and tension.x == tension.y
+        and len(set(scene.supports.values())) == 1
+        and is_symmetric(scene)
+    )
+
+
 def line(axis: str) -> str:
     """Name of the mesh's boundary on a mirror."""
     return f"{axis}=0"

@@ -18,6 +18,7 @@ CASES = {
     "near buckling": lambda: (exact.drum(-0.9999 * exact.BUCKLING, 3), 1e-6),
     "corners": lambda: (exact.square(4), 1e-5),
 }
+ROUNDING = 1e-12  # of frequencies
 FINE = 1e-10  # tolerance of the mesh that a clamped rectangle is held against
 
 
@@ -74,3 +75,12 @@ def test_cells_towards_an_edge_lie_in_order_within_the_film():
         chosen = Plan.of(drum).discretisation(tolerance)
         points = np.linspace(0, 1, int(chosen.parameters["rings"]) + 1)[:, None] * [1.0, 0.0]
         assert (np.diff(chosen.grading.move(points)[:, 0]) > 0).all()
+
+
+@pytest.mark.parametrize(("split", "tolerance"), [(1e-7, 1e-8), (1e-9, 1e-6)])
+def test_split_pairs_are_told_to_the_tolerance_and_their_mean_as_an_error(split, tolerance):
+    case = exact.with_tolerance(exact.square(4, split), tolerance)
+    model = reduce(case.scene)
+    error = np.abs(model.frequency / np.sort(case.frequency()) - 1).max()
+    assert error <= tolerance
+    assert error < 3 * model.diagnostics["error_frequency"] + ROUNDING
