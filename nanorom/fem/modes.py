@@ -244,7 +244,8 @@ class ClassSolver:
             matrix.destroy()
         try:
             solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
-            product, guards = functools.partial(algebra.multiply, k), EXTRA  # costs less
+            product: Columns = functools.partial(algebra.multiply, k)  # at first: it costs less
+            guards = EXTRA
             for _ in range(MOST_ROUNDS):  # each with new forces: those of rougher shapes are rough
                 values, start, change = polished(
                     product, m, solver.solve_once, start, MOST_STEPS, guards, SETTLED, PATIENCE

@@ -25,7 +25,9 @@ POWER_STEPS = 15  # to find the largest eigenvalue
 MOST_ITERATIONS = 300
 UNSEEN = 30.0  # times the error asked for: what the residual over the diagonal may come to
 STALLED = 1e-300
-LARGEST_FACTORS = 3_000_000  # unknowns of a problem that is still factorised unless asked
+# unknowns of a problem that is still factorised unless asked: in the plane those of a film with
+# 500 000 of w, whose factors bring a run to 5 GB
+LARGEST_FACTORS = 1_000_000
 GAMG = {"mg_levels_pc_type": "jacobi", "mg_levels_ksp_max_it": 4}  # symmetric
 
 
