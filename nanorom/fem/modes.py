@@ -20,7 +20,7 @@ from nanorom.fem.symmetry import Parity
 EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
 SETTLED = 1e-11  # relative change of a shape at which iterations end; of an eigenvalue its square
-PATIENCE = 3  # steps that have to halve the change, or forces are too rough and found anew
+PATIENCE = 3, 15  # steps that have to halve the change, or rounding is all they see: matrix, force
 MOST_STEPS, MOST_ROUNDS = 120, 6  # of iterations from the modes of degree 2, of new forces
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
@@ -245,14 +245,14 @@ class ClassSolver:
         try:
             solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
             product: Columns = functools.partial(algebra.multiply, k)  # at first: it costs less
-            guards = EXTRA
+            guards, patience = EXTRA, PATIENCE[0]
             for _ in range(MOST_ROUNDS):  # each with new forces: those of rougher shapes are rough
                 values, start, change = polished(
-                    product, m, solver.solve_once, start, MOST_STEPS, guards, SETTLED, PATIENCE
+                    product, m, solver.solve_once, start, MOST_STEPS, guards, SETTLED, patience
                 )
                 if change <= SETTLED and product == self._force:
                     break
-                product, guards = self._force, 0
+                product, guards, patience = self._force, 0, PATIENCE[1]
         except algebra.IndefiniteError as error:
             raise UnstableError(
                 f"the film's state is not stable: {error}; the compression exceeds the buckling "
