@@ -20,8 +20,8 @@ from nanorom.fem.symmetry import Parity
 EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
 EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
 SETTLED = 1e-11  # relative change of a shape at which iterations end; of an eigenvalue its square
-PATIENCE = 3  # steps after which the matrix is too rough to stand for the force, which costs more
-MOST_STEPS = 120  # of iterations from the modes of degree 2
+PATIENCE = 3, 15  # steps that have to halve the change, or rounding is all they see: matrix, force
+MOST_STEPS, MOST_ROUNDS = 120, 6  # of iterations from the modes of degree 2, of new forces
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
 EXTRA = 2  # modes beyond those asked for, so that a pair is not cut in two
@@ -249,12 +249,15 @@ class ClassSolver:
             matrix.destroy()
         try:
             solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
-            by_matrix = functools.partial(algebra.multiply, k)
-            cycle = solver.solve_once
-            start = polished(by_matrix, m, cycle, start, MOST_STEPS, EXTRA, SETTLED, PATIENCE)[1]
-            values, vectors, change = polished(
-                self._force, m, cycle, start, MOST_STEPS, 0, SETTLED, MOST_STEPS
-            )
+            product: Columns = functools.partial(algebra.multiply, k)  # at first: it costs less
+            guards, patience = EXTRA, PATIENCE[0]
+            for _ in range(MOST_ROUNDS):  # each with new forces: those of rougher shapes are rough
+                values, start, change = polished(
+                    product, m, solver.solve_once, start, MOST_STEPS, guards, SETTLED, patience
+                )
+                if change <= SETTLED and product == self._force:
+                    break
+                product, guards, patience = self._force, 0, PATIENCE[1]
         except algebra.IndefiniteError as error:
             raise UnstableError(
                 f"the film's state is not stable: {error}; the compression exceeds the buckling "
@@ -264,10 +267,10 @@ class ClassSolver:
         self.plate.solvers.note(0, change)
         if not change < EIGEN_ACCEPTED:
             raise SolverError(
-                f"modes still changed by {change:.1e} of themselves after {MOST_STEPS} steps of "
+                f"modes still changed by {change:.1e} of themselves after {MOST_ROUNDS} rounds of "
                 'multigrid; refine the mesh, or set reduction.solver = "factors"'
             )
-        return values, vectors
+        return values, start
 
     def _force(self, vectors: np.ndarray) -> np.ndarray:
         """What the stiffness does to vectors (owned free rows, m). Collective."""

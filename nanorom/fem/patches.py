@@ -58,7 +58,8 @@ class VertexPatches:
 def patches(free: algebra.FreeDofs) -> list[np.ndarray]:
     """Numbers (p, s) among the owned free degrees of freedom of all patches of each size s."""
     space, block = free.space, free.space.dofmap.index_map_bs
-    nodes, vertices = compat.cell_dofs(space), compat.cell_nodes(space.mesh)[:, :3]
+    nodes = compat.cell_dofs(space)
+    vertices = compat.cell_nodes(space.mesh)[:, :3].astype(np.int64)  # for keys beyond 2^31
     places = np.asarray(compat.reference_element(compat.degree_of(nodes.shape[1])).points)
     weights = np.column_stack([1 - places.sum(axis=1), places])  # barycentric, (n, 3)
     number = np.full(free.n_local, -1, dtype=np.int32)
@@ -68,7 +69,7 @@ def patches(free: algebra.FreeDofs) -> list[np.ndarray]:
         keys = []  # of a vertex and one of its degrees of freedom
         for corner in range(3):
             own = number[block * nodes[:, weights[:, corner] > INSIDE] + component]
-            keys.append((vertices[:, corner, None] * np.int64(free.n_local) + own)[own >= 0])
+            keys.append((vertices[:, corner, None] * free.n_local + own)[own >= 0])
         vertex, dof = np.divmod(np.unique(np.concatenate(keys)), free.n_local)
         _, starts, counts = np.unique(vertex, return_index=True, return_counts=True)
         for size in np.unique(counts):

@@ -59,13 +59,25 @@ def test_size_decides(monkeypatch):
     assert "solver_residual" in reduce_scene(scene).diagnostics
 
 
+def test_what_the_smoother_misses_is_an_error(monkeypatch):
+    whole = multigrid.VertexPatches.__call__
+
+    def holed(self, residuals):
+        return whole(self, residuals) * (np.arange(len(residuals)) % 3 > 0)[:, None]
+
+    monkeypatch.setattr(multigrid.VertexPatches, "__call__", holed)
+    with pytest.raises(SolverError, match=r"multigrid"):
+        reduce_scene(with_solver(drum(100.0, count=2, accuracy=FEW_CELLS), "multigrid"))
+
+
 def test_unfinished_iterations_are_errors(monkeypatch):
     scene = with_solver(drum(100.0, count=2, accuracy=FEW_CELLS), "multigrid")
     monkeypatch.setattr(multigrid, "MOST_ITERATIONS", 3)
     with pytest.raises(SolverError, match=r"in-plane stiffness .* error of \d.* in 3 iter"):
         reduce_scene(scene)
-    monkeypatch.setattr(modes, "MOST_STEPS", 3)
-    with pytest.raises(SolverError, match=r"still changed by \d.* after 3 steps"):
+    monkeypatch.setattr(modes, "MOST_STEPS", 1)
+    monkeypatch.setattr(modes, "MOST_ROUNDS", 2)
+    with pytest.raises(SolverError, match=r"still changed by \d.* after 2 rounds"):
         reduce_scene(scene)
 
 
