@@ -4,7 +4,7 @@ bifurcate.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,13 +59,14 @@ def _at_level(tracer: Tracer, level: float) -> Tracer:
     return Tracer(system, tracer.support, tracer.period_multiple, tracer.settings)
 
 
+MOST_STEPS_BACK = 10  # to a bifurcation from the first orbit found beside it
 NEAR = 3.0  # times the distance in the critical direction: farther away is another place
 IMAGES = 1e-3  # of the change of frequency, which both halves of a pitchfork have in common
 END_EXTENT = 3e-3  # of the largest deviation from the parent's support
 
 
 def follow_closed(
-    tracer: Tracer, orbit: Orbit, direction: float, rates: tuple[float, float]
+    tracer: Tracer, orbit: Orbit, direction: Array | float, rates: tuple[float, float]
 ) -> list[Series]:
     """Steps of a branch until it leaves the range or comes back to where it started."""
     steps: list[Series] = []
@@ -78,6 +79,17 @@ def follow_closed(
                 return [*steps, series]
         steps.append(series)
     return steps
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The first orbit of a branch that bifurcates, its direction (2H + 1, L), and the steps before
+    it: none if the first step itself reaches back, None if nothing leads back.
+    """
+
+    orbit: Orbit
+    direction: Array
+    before: list[Series] | None
 
 
 class Bifurcation:
@@ -122,23 +134,47 @@ class Bifurcation:
         direction[outside] = vector
         return direction.reshape(2 * harmonics + 1, system.size)
 
-    def starts(self) -> list[tuple[Orbit, Array]]:
+    def starts(self, rates: tuple[float, float]) -> list[Start]:
         """Orbits a little off the bifurcation and the directions in which the branches go on.
 
         One stands for both halves of a pitchfork, which are images of each other (of a period
         doubling: the same a period later); there are two where the branch crosses its parent.
+        Newton's method may end on another branch that passes by, as one that does not lead back to
+        the bifurcation shows; it is taken if there is no other.
         """
+        passing: Start | None = None
         for distance in (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4):
-            first = self._start(self.direction, distance)
-            if first is None:
+            orbit = self._start(self.direction, distance)
+            if orbit is None:
                 continue
-            second = None
-            if not self.doubles:
-                second = self._start(-self.direction, distance)
-            if second is None or self._alike(first, second):
-                return [(first, self.direction)]
-            return [(first, self.direction), (second, -self.direction)]
-        raise ContinuationError("the bifurcating branch could not be started")
+            first = self._connected(orbit, self.direction, rates)
+            if first.before is None:
+                passing = passing or first
+                continue
+            other = None if self.doubles else self._start(-self.direction, distance)
+            if other is None or self._alike(orbit, other):
+                return [first]
+            return [first, self._connected(other, -self.direction, rates)]
+        if passing is None:
+            raise ContinuationError("the bifurcating branch could not be started")
+        return [passing]
+
+    def _connected(self, orbit: Orbit, direction: Array, rates: tuple[float, float]) -> Start:
+        """An orbit with the steps that lead from the bifurcation to it."""
+        for series in self.tracer.follow(orbit, direction, rates):
+            if self.begin(series):
+                return Start(orbit, direction, [])
+            break
+        steps: list[Series] = []
+        for series in self.tracer.follow(orbit, -direction, rates):
+            end = self.end(series)
+            steps.append(series)
+            if end is not None:
+                series.length = end
+                return Start(orbit, direction, [step.reversed() for step in reversed(steps)])
+            if len(steps) == MOST_STEPS_BACK:
+                break
+        return Start(orbit, direction, None)
 
     def _alike(self, first: Orbit, second: Orbit) -> bool:
         one, two = first.rate - self.orbit.rate, second.rate - self.orbit.rate
