@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 
@@ -176,5 +178,40 @@ def test_doubled_branches_go_all_the_way_from_one_period_doubling_to_the_other()
     flips = [p.omega for p in diagram.points("PD") if p.period_multiple == 1]
     doubled = [b for b in diagram.branches if b.period_multiple == 2]
     assert len(flips) == 6 and len(doubled) == 3
+    ends = np.sort([b.omega[[0, -1]] for b in doubled], axis=None)
+    np.testing.assert_allclose(ends, np.sort(flips), atol=1e-5)
+
+
+def softening() -> ModalSystem:
+    """Two modes close together and a third; derivatives of the potential by their indices."""
+    quadratic = "000 -12 001 -5 002 6 011 29 012 -15 022 3 111 -107 112 47 122 -16 222 7"
+    cubic = (
+        "0000 -100 0001 13 0002 -9 0011 -11 0012 -2 0022 -5 0111 23 0112 1 0122 3 0222 1 "
+        "1111 -75 1112 1 1122 -5 1222 -2 2222 -1"
+    )
+    tensors = []
+    for text in (quadratic, cubic):
+        items = text.split()
+        tensor = np.zeros((3,) * len(items[0]))
+        for indices, hundredths in zip(items[::2], items[1::2]):
+            for order in permutations(int(i) for i in indices):
+                tensor[order] = int(hundredths) / 100
+        tensors.append(tensor)
+    return ModalSystem(
+        damping=[0.0033, 0.0034, 0.0063],
+        stiffness=[1.0, 1.07, 3.58],
+        quadratic=tensors[0],
+        cubic=tensors[1],
+        direct=[1.0, -0.44, -0.6],
+        parametric=[1.0, 2.28, -1.3],
+    )
+
+
+def test_branch_that_passes_by_a_bifurcation_is_not_taken_for_the_one_that_begins_there() -> None:
+    """A closed loop of doubled orbits comes near a period doubling whose own orbits are small."""
+    diagram = explore(softening(), (1.5, 2.6), direct=0.0047, parametric=0.036)
+    flips = [p.omega for p in diagram.points("PD", branch=0)]
+    doubled = [b for b in diagram.branches if b.period_multiple == 2]
+    assert len(flips) == 4 and [b.ending for b in doubled] == ["bifurcation"] * 2
     ends = np.sort([b.omega[[0, -1]] for b in doubled], axis=None)
     np.testing.assert_allclose(ends, np.sort(flips), atol=1e-5)
