@@ -26,6 +26,7 @@ CONFIRMED = 1e-7
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
 NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
+ROUNDS = 6  # of expansions at a point, each nearer to it
 WINDOW = 0.2  # of the step in which the point was found
 
 
@@ -45,10 +46,10 @@ def polish(
     tracer = path.tracer
     series = path.steps[detected.place.step]
     a, window = detected.place.a, WINDOW * (series.length - series.start)
-    shift = 0.0
-    for _ in range(4):
+    shift, more, before = 0.0, True, np.inf
+    for _ in range(ROUNDS):
         try:
-            nearby = _expand_again(tracer, series, a - shift)
+            nearby = _expand_again(tracer, series, a - shift, more)
             series, a = nearby, _zero(detected.type, nearby, floquet, tracer, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
@@ -58,11 +59,14 @@ def polish(
             continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
+        distance = critical_distance(detected.type, shot.multipliers)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
-        if shot.defect < DEFECT * scale or last:
+        more = shot.defect >= DEFECT * scale and not last
+        # where multipliers change fast, or meet, the expansion must start at the very point
+        if not more and (distance < CONFIRMED or distance > 0.3 * before):
             break
-    distance = critical_distance(detected.type, shot.multipliers)
+        before = distance
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
     return Polished(detected.type, orbit, shot.multipliers)
@@ -78,11 +82,11 @@ def critical_distance(kind: str, multipliers: Array) -> float:
     return float(np.abs(multipliers - 1).min())
 
 
-def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
-    """The expansion of the branch at a, on the next larger number of harmonics."""
+def _expand_again(tracer: Tracer, series: Series, a: float, more: bool) -> Series:
+    """The expansion of the branch at a, on the next larger number of harmonics if wanted."""
     balance = series.balance
-    position = tracer.ladder.index(balance.basis.harmonics)
-    harmonics = tracer.ladder[min(position + 1, len(tracer.ladder) - 1)]
+    position = tracer.ladder.index(balance.basis.harmonics) + more
+    harmonics = tracer.ladder[min(position, len(tracer.ladder) - 1)]
     x, rate = series.at(a)
     x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
     larger, expansion = tracer.pair(harmonics)

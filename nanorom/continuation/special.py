@@ -28,7 +28,8 @@ SAMPLES = 4  # interpolated subdivisions between two points
 LEAVE_ONE_OUT = 0.05  # of a multiplier, or of 1 within the circle
 INSIDE = 0.5  # modulus of multipliers that will not soon be critical
 GOOD_ESTIMATE = 3e-3  # of a multiplier at an interpolated root, which then needs no search
-ROOT_TOLERANCE = 0.1  # of a coarsely located root; polishing and shooting decide
+ROOT_TOLERANCE = 0.1  # of a located root; polishing and shooting decide
+LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 
 
 @dataclass(frozen=True)
@@ -250,7 +251,7 @@ class Detector:
 
         try:
             return Place(
-                step, float(brentq(value, low.a, last, xtol=3e-3 * (last - low.a), rtol=1e-12))
+                step, float(brentq(value, low.a, last, xtol=LOCATED * (last - low.a), rtol=1e-12))
             )
         except ValueError:
             return None
