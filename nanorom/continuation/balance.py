@@ -61,7 +61,6 @@ class HarmonicBalance:
         return self.basis.derivative_weight * coefficients[self.basis.derivative_row]
 
     def linear(self, x: Array, rate: float) -> Array:
-        basis = self.basis
         return (
             rate**2 * self.second_weight * x
             + rate * (self.derivative(x) @ self.damping_t)

@@ -1,5 +1,4 @@
-"""Periodic orbits with a critical multiplier: the equations of a fold, a period doubling, a symmetry
-breaking or a torus bifurcation, with a parameter of the system as an unknown.
+"""Periodic orbits with a critical multiplier, with a parameter of the system as an unknown.
 
 An orbit is a fold (LP), a period doubling (PD), a symmetry breaking (BP) or a torus bifurcation
 (NS) where an operator A becomes singular: the Jacobian of the balance on the harmonics of the

@@ -323,7 +323,11 @@ class _Explorer:
         self.paths.append(path)
         detector = Detector(path)
         index = len(self.branches)
-        found = [polish(path, d, self.precise, self.shooting) for d in detector.find()]
+        found: list[Polished] = []
+        for detected in detector.find():
+            polished = polish(path, detected, self.precise, self.shooting)
+            if polished is not None and not any(polished.is_same(other) for other in found):
+                found.append(polished)
         parent = None if origin is None else origin.point.branch
         start = None if origin is None else self.points.index(origin.point)
         self.branches.append(
@@ -338,8 +342,6 @@ class _Explorer:
                 lambda orbit: bifurcation is not None and bifurcation.is_end(orbit, extent),
             )
         for polished in found:
-            if polished is None:
-                continue
             if bifurcation and polished.type in ("LP", "BP"):
                 if bifurcation.is_end(polished.orbit, extent):
                     continue

@@ -221,9 +221,7 @@ class _Curve:
     def _balance(self, harmonics: int) -> CriticalBalance:
         known = [h for h in HARMONIC_LADDER if h >= harmonics]
         h = known[0] if known else HARMONIC_LADDER[-1]
-        return CriticalBalance(
-            self.origin, self.change, self.support, self.kind, self.multiple, h
-        )
+        return CriticalBalance(self.origin, self.change, self.support, self.kind, self.multiple, h)
 
     def _adapt(
         self, balance: CriticalBalance, point: _Point, z: Array, tangent: Array

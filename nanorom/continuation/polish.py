@@ -14,7 +14,7 @@ import numpy as np
 from nanorom.errors import ContinuationError
 
 from .floquet import FloquetSolver
-from .path import Path
+from .path import Path, same_orbit
 from .series import Series
 from .shooting import Shooting
 from .special import Detected
@@ -23,6 +23,7 @@ from .trace import Orbit, Tracer
 
 DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
 CONFIRMED = 1e-7
+SAME = 1e-9  # of a frequency
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
 NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
@@ -37,6 +38,11 @@ class Polished:
     type: str
     orbit: Orbit
     multipliers: Array
+
+    def is_same(self, other: Polished) -> bool:
+        """Whether two places on a path led to one point."""
+        near = abs(self.orbit.omega - other.orbit.omega) < SAME * self.orbit.omega
+        return self.type == other.type and near and same_orbit(self.orbit, other.orbit)
 
 
 def polish(

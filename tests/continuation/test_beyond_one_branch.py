@@ -211,9 +211,7 @@ def test_locus_in_any_parameter_meets_the_diagram_of_the_changed_system(kind, na
     curve = locus(system, start, 0.1, 0.25, parameter=parameter, steps=8, **limits)
     level = float(curve.level[2])
     assert abs(level) > 0.01
-    other = explore(
-        three_modes(**{name: level + (name != "cubic")}), omega, 0.1, 0.25, depth=0
-    )
+    other = explore(three_modes(**{name: level + (name != "cubic")}), omega, 0.1, 0.25, depth=0)
     assert min(abs(p.omega - curve.omega[2]) for p in other.points(kind)) < CURVE
 
 
