@@ -23,6 +23,7 @@ from .trace import Orbit, Tracer
 
 DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
 CONFIRMED = 1e-7
+HOPELESS = 1e-2  # distance of the critical multiplier that no better expansion would mend
 SAME = 1e-9  # of a frequency
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
@@ -52,10 +53,10 @@ def polish(
     tracer = path.tracer
     series = path.steps[detected.place.step]
     a, window = detected.place.a, WINDOW * (series.length - series.start)
-    shift, more, before = 0.0, True, np.inf
+    shift = 0.0
     for _ in range(ROUNDS):
         try:
-            nearby = _expand_again(tracer, series, a - shift, more)
+            nearby = _expand_again(tracer, series, a - shift)
             series, a = nearby, _zero(detected.type, nearby, floquet, tracer, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
@@ -68,11 +69,9 @@ def polish(
         distance = critical_distance(detected.type, shot.multipliers)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
-        more = shot.defect >= DEFECT * scale and not last
-        # where multipliers change fast, or meet, the expansion must start at the very point
-        if not more and (distance < CONFIRMED or distance > 0.3 * before):
+        # where multipliers change fast, or meet, less than the defect allowed makes them differ
+        if (shot.defect < DEFECT * scale and not CONFIRMED < distance < HOPELESS) or last:
             break
-        before = distance
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
     return Polished(detected.type, orbit, shot.multipliers)
@@ -88,11 +87,11 @@ def critical_distance(kind: str, multipliers: Array) -> float:
     return float(np.abs(multipliers - 1).min())
 
 
-def _expand_again(tracer: Tracer, series: Series, a: float, more: bool) -> Series:
-    """The expansion of the branch at a, on the next larger number of harmonics if wanted."""
+def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
+    """The expansion of the branch at a, on the next larger number of harmonics."""
     balance = series.balance
-    position = tracer.ladder.index(balance.basis.harmonics) + more
-    harmonics = tracer.ladder[min(position, len(tracer.ladder) - 1)]
+    position = tracer.ladder.index(balance.basis.harmonics)
+    harmonics = tracer.ladder[min(position + 1, len(tracer.ladder) - 1)]
     x, rate = series.at(a)
     x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
     larger, expansion = tracer.pair(harmonics)
