@@ -326,6 +326,9 @@ class _Explorer:
         found: list[Polished] = []
         for detected in detector.find():
             polished = polish(path, detected, self.precise, self.shooting)
+            exact = detector.located(detected) if polished is None else None
+            if exact is not None:
+                polished = polish(path, exact, self.precise, self.shooting)
             if polished is not None and not any(polished.is_same(other) for other in found):
                 found.append(polished)
         parent = None if origin is None else origin.point.branch

@@ -12,7 +12,7 @@ Applied Bifurcation Theory, section 10.2 (test functions).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -35,10 +35,14 @@ LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 
 @dataclass(frozen=True)
 class Detected:
-    """A located special point of a path, before it is polished and confirmed."""
+    """A special point of a path, before it is polished and confirmed.
+
+    bracket: test function and points around a place that is estimated only.
+    """
 
     type: str
     place: Place
+    bracket: tuple[str, Place, Place] | None = None
 
 
 def signed_log_product(factors: Array) -> tuple[Array, Array]:
@@ -240,13 +244,23 @@ class Detector:
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
             if kind == "torus" and _neutral(*self.eigenvalues[i : i + 2]):
                 continue
+            ends = self.places[i], self.places[i + 1]
             point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
-            if point is None:
-                place = self._locate(kind, self.places[i], self.places[i + 1])
-                point = self._classify(kind, place, ROOT_TOLERANCE) if place else None
+            if point is not None:
+                point = replace(point, bracket=(kind, *ends))
+            else:
+                point = self._located(kind, *ends)
             if point is not None:
                 found.append(point)
         return found
+
+    def located(self, detected: Detected) -> Detected | None:
+        """The same point from exact multipliers, if it was an estimate."""
+        return None if detected.bracket is None else self._located(*detected.bracket)
+
+    def _located(self, kind: str, low: Place, high: Place) -> Detected | None:
+        place = self._locate(kind, low, high)
+        return self._classify(kind, place, ROOT_TOLERANCE) if place else None
 
     def _estimate(self, kind: str, number: int) -> Place:
         """Where the interpolated test function is zero after a point: exact at the points, it has
