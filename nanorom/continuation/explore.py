@@ -123,7 +123,7 @@ class _Explorer:
         self.scaled, self.settings, self.levels = scaled, settings, levels
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
         self.range = (low, high)
-        self.floquet = FloquetSolver(scaled, truncation=1e-9)
+        self.floquet = FloquetSolver(scaled, truncation=1e-11)
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
         self.paths: list[Path] = []
