@@ -27,12 +27,13 @@ def by_pair(tensor: Array) -> Array:
 
 class HarmonicBalance:
     """The balance equations R(X, rate) = 0 of one system on one basis; rate = omega /
-    period_multiple.
+    period_multiple. Without inertia they are the change of R with a parameter of the system.
     """
 
-    def __init__(self, system: ScaledSystem, basis: Basis) -> None:
+    def __init__(self, system: ScaledSystem, basis: Basis, inertia: bool = True) -> None:
         self.system = system
         self.basis = basis
+        self.second_weight = basis.second_weight * float(inertia)
         sub = system.restrict(basis.modes)
         size = sub.size
         self.size = size
@@ -60,9 +61,8 @@ class HarmonicBalance:
         return self.basis.derivative_weight * coefficients[self.basis.derivative_row]
 
     def linear(self, x: Array, rate: float) -> Array:
-        basis = self.basis
         return (
-            rate**2 * basis.second_weight * x
+            rate**2 * self.second_weight * x
             + rate * (self.derivative(x) @ self.damping_t)
             + x @ self.stiffness_t
         )
@@ -104,7 +104,7 @@ class HarmonicBalance:
 
     def rate_derivative(self, x: Array, rate: float) -> Array:
         basis, size = self.basis, self.size
-        result = 2 * rate * basis.second_weight * x + self.derivative(x) @ self.damping_t
+        result = 2 * rate * self.second_weight * x + self.derivative(x) @ self.damping_t
         if self.has_loss:
             v = basis.synthesis @ x
             w = (self.products(v) @ self.loss).reshape(len(v), size, size)
@@ -132,7 +132,7 @@ class HarmonicBalance:
             samples += self._loss_tangent(v, x, rate)
         blocks = self._convolution(samples)
         harmonics = np.arange(basis.shape[0])
-        diagonal = self.stiffness_t[None] + (rate**2 * basis.second_weight)[:, :, None] * np.eye(
+        diagonal = self.stiffness_t[None] + (rate**2 * self.second_weight)[:, :, None] * np.eye(
             size
         )
         blocks[harmonics, harmonics] += diagonal

@@ -19,14 +19,13 @@ from .polish import Polished, polish
 from .series import Series
 from .shooting import Shooting
 from .special import Detector
-from .switching import Bifurcation, first_orbit, fixed_rate, follow_closed
+from .switching import Bifurcation, Start, first_orbit, fixed_rate, follow_closed
 from .system import Array, ModalSystem, ScaledSystem, without_round_off
 from .takeover import Takeover
 from .threads import one_thread
 from .trace import Orbit, Settings, Tracer
 
 SAME_FREQUENCY = 1e-6
-MOST_STEPS_BACK = 10  # to a bifurcation from the first orbit found beside it
 
 
 @dataclass(eq=False)
@@ -124,7 +123,7 @@ class _Explorer:
         self.scaled, self.settings, self.levels = scaled, settings, levels
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
         self.range = (low, high)
-        self.floquet = FloquetSolver(scaled, truncation=1e-9)
+        self.floquet = FloquetSolver(scaled, truncation=1e-11)
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
         self.paths: list[Path] = []
@@ -259,54 +258,46 @@ class _Explorer:
             bifurcation = Bifurcation(
                 self.scaled, node.path.tracer.support, node.orbit, node.point.type, self.settings
             )
-            starts = bifurcation.starts()
+            p = bifurcation.tracer.period_multiple
+            rates = self._rates(p)
+            starts = bifurcation.starts(rates)
         except ContinuationError:
             return
         if len(starts) == 1 and node.reached:
             return
-        for orbit, direction in starts:
-            if (len(starts) == 1 and not self.known) or self._is_new(orbit):
-                self._follow(node, bifurcation, orbit, direction)
+        for start in starts:
+            certain = len(starts) == 1 and start.before is not None and not self.known
+            if certain or self._is_new(start.orbit):
+                self._follow(node, bifurcation, start, rates)
+
+    def _rates(self, period_multiple: int) -> tuple[float, float]:
+        """How far a branch that bifurcates is followed."""
+        low, high = self.range
+        reach = self.settings.reach
+        return low / reach / period_multiple, high * reach / period_multiple
 
     def _follow(
-        self, node: _Node, bifurcation: Bifurcation, orbit: Orbit, direction: Array
+        self, node: _Node, bifurcation: Bifurcation, start: Start, rates: tuple[float, float]
     ) -> None:
         """One branch of a bifurcation, to its end."""
-        p = bifurcation.tracer.period_multiple
-        rates = (self.range[0] / self.settings.reach / p, self.range[1] * self.settings.reach / p)
-        steps: list[Series] = []
-        for series in bifurcation.tracer.follow(orbit, direction, rates):
-            if not steps and not bifurcation.begin(series):
-                steps = self._back(bifurcation, orbit, direction, rates)
-            end = bifurcation.end(series)
-            if end is not None:
-                series.length = end
-            steps.append(series)
-            if end is not None:
-                self._mark_end(bifurcation.tracer.orbit(series, end))
-                bifurcation.tracer.ending = "bifurcation"
-                break
+        tracer = bifurcation.tracer
+        if start.before is None:
+            steps = follow_closed(tracer, start.orbit, start.direction, rates)
+        else:
+            steps = list(start.before)
+            for series in tracer.follow(start.orbit, start.direction, rates):
+                if not steps:
+                    bifurcation.begin(series)
+                end = bifurcation.end(series)
+                if end is not None:
+                    series.length = end
+                steps.append(series)
+                if end is not None:
+                    self._mark_end(tracer.orbit(series, end))
+                    tracer.ending = "bifurcation"
+                    break
         if steps:
-            self._register(bifurcation.tracer, steps, node, node.generation + 1, bifurcation)
-
-    def _back(
-        self,
-        bifurcation: Bifurcation,
-        orbit: Orbit,
-        direction: Array,
-        rates: tuple[float, float],
-    ) -> list[Series]:
-        """Steps from the bifurcation to the first orbit, none if it is not reached."""
-        steps: list[Series] = []
-        for series in bifurcation.tracer.follow(orbit, -direction, rates):
-            end = bifurcation.end(series)
-            steps.append(series)
-            if end is not None:
-                series.length = end
-                return [step.reversed() for step in reversed(steps)]
-            if len(steps) == MOST_STEPS_BACK:
-                break
-        return []
+            self._register(tracer, steps, node, node.generation + 1, bifurcation)
 
     def _mark_end(self, end: Orbit) -> None:
         """The pitchfork at which a branch ends needs no branch of its own."""
@@ -332,7 +323,14 @@ class _Explorer:
         self.paths.append(path)
         detector = Detector(path)
         index = len(self.branches)
-        found = [polish(path, d, self.precise, self.shooting) for d in detector.find()]
+        found: list[Polished] = []
+        for detected in detector.find():
+            polished = polish(path, detected, self.precise, self.shooting)
+            exact = detector.located(detected) if polished is None else None
+            if exact is not None:
+                polished = polish(path, exact, self.precise, self.shooting)
+            if polished is not None and not any(polished.is_same(other) for other in found):
+                found.append(polished)
         parent = None if origin is None else origin.point.branch
         start = None if origin is None else self.points.index(origin.point)
         self.branches.append(
@@ -347,8 +345,6 @@ class _Explorer:
                 lambda orbit: bifurcation is not None and bifurcation.is_end(orbit, extent),
             )
         for polished in found:
-            if polished is None:
-                continue
             if bifurcation and polished.type in ("LP", "BP"):
                 if bifurcation.is_end(polished.orbit, extent):
                     continue

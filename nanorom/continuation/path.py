@@ -64,8 +64,22 @@ class Path:
                     return True
         return False
 
+    def rate(self, place: Place) -> float:
+        return self.steps[place.step].rate(place.a)
+
     def rate_slope(self, place: Place) -> float:
         return self.steps[place.step].rate_slope(place.a)
+
+    def rate_slopes(self, positions: Array) -> Array:
+        """Slopes of the rate (n,) at arc lengths (n,) in order."""
+        numbers = np.clip(np.searchsorted(self.offsets, positions) - 1, 0, len(self.steps) - 1)
+        slopes = np.empty(len(positions))
+        for number in np.unique(numbers):
+            members = numbers == number
+            parameter, length = self._arcs[number]
+            a = np.interp(positions[members] - self.offsets[number], length, parameter)
+            slopes[members] = self.steps[number].rate_slopes(a)
+        return slopes
 
     def initial_places(self) -> list[Place]:
         """The expansion points of the steps, the end, and as many points between as the

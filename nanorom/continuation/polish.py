@@ -14,7 +14,7 @@ import numpy as np
 from nanorom.errors import ContinuationError
 
 from .floquet import FloquetSolver
-from .path import Path
+from .path import Path, same_orbit
 from .series import Series
 from .shooting import Shooting
 from .special import Detected
@@ -23,9 +23,12 @@ from .trace import Orbit, Tracer
 
 DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
 CONFIRMED = 1e-7
+HOPELESS = 1e-2  # distance of the critical multiplier that no better expansion would mend
+SAME = 1e-9  # of a frequency
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
 NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
+ROUNDS = 6  # of expansions at a point, each nearer to it
 WINDOW = 0.2  # of the step in which the point was found
 
 
@@ -37,6 +40,11 @@ class Polished:
     orbit: Orbit
     multipliers: Array
 
+    def is_same(self, other: Polished) -> bool:
+        """Whether two places on a path led to one point."""
+        near = abs(self.orbit.omega - other.orbit.omega) < SAME * self.orbit.omega
+        return self.type == other.type and near and same_orbit(self.orbit, other.orbit)
+
 
 def polish(
     path: Path, detected: Detected, floquet: FloquetSolver, shooting: Shooting
@@ -46,7 +54,7 @@ def polish(
     series = path.steps[detected.place.step]
     a, window = detected.place.a, WINDOW * (series.length - series.start)
     shift = 0.0
-    for _ in range(4):
+    for _ in range(ROUNDS):
         try:
             nearby = _expand_again(tracer, series, a - shift)
             series, a = nearby, _zero(detected.type, nearby, floquet, tracer, window, shift)
@@ -58,11 +66,12 @@ def polish(
             continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
+        distance = critical_distance(detected.type, shot.multipliers)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
-        if shot.defect < DEFECT * scale or last:
+        # where multipliers change fast, or meet, less than the defect allowed makes them differ
+        if (shot.defect < DEFECT * scale and not CONFIRMED < distance < HOPELESS) or last:
             break
-    distance = critical_distance(detected.type, shot.multipliers)
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
     return Polished(detected.type, orbit, shot.multipliers)

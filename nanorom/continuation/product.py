@@ -17,6 +17,7 @@ import numpy as np
 
 from .system import Array
 
+ROUND_OFF = 1e-10  # of an eigenvalue
 LARGE = 1e3  # entries of a product beyond which the next factor begins
 
 
@@ -25,12 +26,14 @@ def product_eigenvalues(maps: Array) -> Array:
     factors = _factors(maps)
     count, size = len(factors), maps.shape[1]
     if count == 1:
-        return np.asarray(np.linalg.eigvals(factors[0]).astype(complex))
+        return np.linalg.eigvals(factors[0]).astype(complex)
     cyclic = np.zeros((count, size, count, size))
     for i, factor in enumerate(factors):
         cyclic[(i + 1) % count, :, i] = factor
     roots = np.linalg.eigvals(cyclic.reshape(count * size, count * size)).astype(complex)
-    return one_of_each(roots, count) ** count
+    values = one_of_each(roots, count) ** count
+    real = np.abs(values.imag) < ROUND_OFF * np.abs(values)  # the factors are
+    return np.where(real, values.real, values)
 
 
 def _factors(maps: Array) -> list[Array]:

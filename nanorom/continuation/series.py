@@ -89,6 +89,9 @@ class Series:
     def rate_slope(self, a: float) -> float:
         return float(self._slopes(a) @ self.rates)
 
+    def rate_slopes(self, a: Array) -> Array:
+        return np.asarray(self._slopes(a) @ self.rates)
+
     def derivative(self, a: float | Array) -> Array:
         """d(unknowns, rate)/da at the places (...), (..., n + 1)."""
         slopes = self._slopes(a)

@@ -12,7 +12,7 @@ Applied Bifurcation Theory, section 10.2 (test functions).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -25,18 +25,24 @@ MOST_POINTS = 1200  # at which adding points ends, unless the first ones are tha
 STENCIL = 6  # points of an interpolation
 DEEP = 0.7  # log of a dip between two samples that deserves a point of its own
 SAMPLES = 4  # interpolated subdivisions between two points
+LEVELS = 3  # of subdivision where multipliers may meet
 LEAVE_ONE_OUT = 0.05  # of a multiplier, or of 1 within the circle
 INSIDE = 0.5  # modulus of multipliers that will not soon be critical
 GOOD_ESTIMATE = 3e-3  # of a multiplier at an interpolated root, which then needs no search
-ROOT_TOLERANCE = 0.1  # of a coarsely located root; polishing and shooting decide
+ROOT_TOLERANCE = 0.1  # of a located root; polishing and shooting decide
+LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 
 
 @dataclass(frozen=True)
 class Detected:
-    """A located special point of a path, before it is polished and confirmed."""
+    """A special point of a path, before it is polished and confirmed.
+
+    bracket: test function and points around a place that is estimated only.
+    """
 
     type: str
     place: Place
+    bracket: tuple[str, Place, Place] | None = None
 
 
 def signed_log_product(factors: Array) -> tuple[Array, Array]:
@@ -79,7 +85,7 @@ class Detector:
         self.maps = np.empty((0, size, size))
         self.eigenvalues = np.empty((0, size), dtype=complex)
         self.kinds = ("flip", "unit", "torus") if path.tracer.system.size > 1 else ("flip", "unit")
-        self._between: dict[tuple[float, float], tuple[Array, Array]] = {}
+        self._between: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
         self._left_out: dict[tuple[float, ...], float] = {}
         self._insert(path.initial_places())
 
@@ -145,16 +151,15 @@ class Detector:
         """Points next to sign changes and dips of the interpolated test functions."""
         samples, eigenvalues, slopes = self._interpolated()
         exact = np.isin(samples, self.positions)
+        number = np.cumsum(exact)  # of the interval that begins at a sample
         wanted: list[float] = []
         for kind in self.kinds:
             signs, logs = test_function(kind, eigenvalues, slopes)
-            for i in np.flatnonzero(signs[1:] != signs[:-1]):
-                known = (
-                    np.flatnonzero(exact[: i + 1])[-1],
-                    i + 1 + np.flatnonzero(exact[i + 1 :])[0],
-                )
-                if signs[known[0]] == signs[known[1]]:
-                    wanted += [samples[i], samples[i + 1]]
+            changes = np.flatnonzero(signs[1:] != signs[:-1])
+            # one between two points is a root to be located, more of them want points between
+            interval, count = np.unique(number[changes], return_counts=True)
+            for i in changes[np.isin(number[changes], interval[count > 1])]:
+                wanted += [samples[i], samples[i + 1]]
             inner = np.arange(1, len(samples) - 1)
             dips = inner[(logs[inner] < logs[inner - 1]) & (logs[inner] < logs[inner + 1])]
             for i in dips:
@@ -171,27 +176,60 @@ class Detector:
         between them.
         """
         s = self.positions
-        fractions = np.arange(1, SAMPLES) / SAMPLES
         fresh = [i for i in range(len(s) - 1) if (s[i], s[i + 1]) not in self._between]
         if fresh:
-            maps = []
-            for i in fresh:
-                near = _stencil(s, i + 0.5, STENCIL)
-                weights = _lagrange(s[near], s[i] + (s[i + 1] - s[i]) * fractions)
-                maps.append(np.tensordot(weights, self.maps[near], axes=1))
-            values = np.linalg.eigvals(np.concatenate(maps)).reshape(len(fresh), len(fractions), -1)
-            for i, value in zip(fresh, values):
-                inner = s[i] + (s[i + 1] - s[i]) * fractions
-                slopes = [self.path.rate_slope(self.path.place(position)) for position in inner]
-                self._between[s[i], s[i + 1]] = value, np.array(slopes)
+            self._sample(np.array(fresh))
         between = [self._between[pair] for pair in zip(s[:-1], s[1:])]
-        eigenvalues = np.concatenate([self.eigenvalues, *(values for values, _ in between)])
-        slopes_here = [self.path.rate_slope(place) for place in self.places]
-        all_slopes = np.concatenate([slopes_here, *(slopes for _, slopes in between)])
-        places = s[:-1, None] + (s[1:] - s[:-1])[:, None] * fractions
-        positions = np.concatenate([s, places.ravel()])
+        slopes = self.path.rate_slopes(s)
+        parts = [(s, self.eigenvalues, slopes), *between]
+        positions, eigenvalues, slopes = (np.concatenate(part) for part in zip(*parts))
         order = np.argsort(positions, kind="stable")
-        return positions[order], eigenvalues[order], all_slopes[order]
+        return positions[order], eigenvalues[order], slopes[order]
+
+    def _sample(self, numbers: Array) -> None:
+        """Interpolated places after points: more of them where multipliers may meet, leave the
+        circle and come back.
+        """
+        s = self.positions
+        # parts of the intervals: which one, start, length, eigenvalues at the start and at the end
+        number, start, length = numbers, s[numbers], s[numbers + 1] - s[numbers]
+        ends = np.stack([self.eigenvalues[numbers], self.eigenvalues[numbers + 1]], axis=1)
+        periods = 2 * np.pi / np.array([self.path.rate(place) for place in self.places])
+        turn = np.abs(np.diff(periods))[numbers] * self.path.floquet.fastest
+        found: list[tuple[Array, Array, Array]] = []
+        for _ in range(LEVELS):
+            length = length / SAMPLES
+            places = start[:, None] + length[:, None] * np.arange(1, SAMPLES)
+            values = np.linalg.eigvals(self._maps_at(number, places))
+            values = values.reshape(*places.shape, -1).astype(complex)
+            found.append((number.repeat(SAMPLES - 1), places.ravel(), values))
+            chain = np.concatenate([ends[:, :1], values, ends[:, 1:]], axis=1)
+            ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, values.shape[-1])
+            turn = turn.repeat(SAMPLES) / SAMPLES
+            kept = np.flatnonzero(_may_meet(ends[:, 0], ends[:, 1], turn))
+            if not len(kept):
+                break
+            start = np.column_stack([start, places]).ravel()[kept]
+            number, length = number.repeat(SAMPLES)[kept], length.repeat(SAMPLES)[kept]
+            ends, turn = ends[kept], turn[kept]
+        number, places = (np.concatenate([part[i] for part in found]) for i in (0, 1))
+        values = np.concatenate([part[2].reshape(-1, ends.shape[-1]) for part in found])
+        slopes = self.path.rate_slopes(places)
+        for i in numbers:
+            members = number == i
+            self._between[s[i], s[i + 1]] = places[members], values[members], slopes[members]
+
+    def _maps_at(self, numbers: Array, places: Array) -> Array:
+        """Interpolated maps at places (n, m), each row after the point of that number."""
+        size = self.maps.shape[-1]
+        result = np.empty((*places.shape, size, size))
+        for i in np.unique(numbers):
+            rows = numbers == i
+            near = _stencil(self.positions, i + 0.5, STENCIL)
+            weights = _lagrange(self.positions[near], places[rows].ravel())
+            maps = weights @ self.maps[near].reshape(len(near), -1)
+            result[rows] = maps.reshape(-1, places.shape[1], size, size)
+        return result.reshape(-1, size, size)
 
     def _folds(self) -> list[Detected]:
         found = []
@@ -200,19 +238,29 @@ class Detector:
         return found
 
     def _roots(self, kind: str) -> list[Detected]:
-        slopes = np.array([self.path.rate_slope(place) for place in self.places])
+        slopes = self.path.rate_slopes(self.positions)
         signs, _ = test_function(kind, self.eigenvalues, slopes)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
             if kind == "torus" and _neutral(*self.eigenvalues[i : i + 2]):
                 continue
+            ends = self.places[i], self.places[i + 1]
             point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
-            if point is None:
-                place = self._locate(kind, self.places[i], self.places[i + 1])
-                point = self._classify(kind, place, ROOT_TOLERANCE) if place else None
+            if point is not None:
+                point = replace(point, bracket=(kind, *ends))
+            else:
+                point = self._located(kind, *ends)
             if point is not None:
                 found.append(point)
         return found
+
+    def located(self, detected: Detected) -> Detected | None:
+        """The same point from exact multipliers, if it was an estimate."""
+        return None if detected.bracket is None else self._located(*detected.bracket)
+
+    def _located(self, kind: str, low: Place, high: Place) -> Detected | None:
+        place = self._locate(kind, low, high)
+        return self._classify(kind, place, ROOT_TOLERANCE) if place else None
 
     def _estimate(self, kind: str, number: int) -> Place:
         """Where the interpolated test function is zero after a point: exact at the points, it has
@@ -250,7 +298,7 @@ class Detector:
 
         try:
             return Place(
-                step, float(brentq(value, low.a, last, xtol=3e-3 * (last - low.a), rtol=1e-12))
+                step, float(brentq(value, low.a, last, xtol=LOCATED * (last - low.a), rtol=1e-12))
             )
         except ValueError:
             return None
@@ -286,6 +334,23 @@ def _apart(eigenvalues: Array, predicted: Array) -> Array:
     sizes = np.abs(eigenvalues)
     gaps = np.abs(eigenvalues[:, :, None] - predicted[:, None, :]).min(axis=2)
     return np.asarray(np.where(sizes > INSIDE, gaps / np.maximum(1.0, sizes), 0.0).max(axis=1))
+
+
+def _may_meet(before: Array, after: Array, turn: Array) -> Array:
+    """Whether two eigenvalues may meet and pass the unit circle between samples (n, 2L), while the
+    fastest turns by `turn` (n,).
+
+    From inside the circle they leave it only after they met; while they pass each other at a speed
+    v, by d at most where (mu_i - mu_j)^2 = v^2 s^2 - 4 d^2, so that they stay joined for 4 d / v.
+    """
+    # to the nearest: of two that change places it says nothing, but they turn
+    moved = np.abs(before[:, :, None] - after[:, None, :]).min(axis=2) + turn[:, None]
+    first, second = np.triu_indices(before.shape[1], 1)
+    moved = moved[:, first] + moved[:, second]
+    gaps = np.abs(before[:, first] - before[:, second])
+    size = np.minimum(np.abs(before[:, first]), np.abs(before[:, second]))
+    meeting = (gaps < moved) & (moved > 4 * np.abs(1 - size)) & (size > INSIDE)
+    return np.asarray(meeting.any(axis=1))
 
 
 def _lagrange(nodes: Array, positions: Array) -> Array:

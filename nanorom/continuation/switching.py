@@ -4,7 +4,7 @@ bifurcate.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,13 +59,14 @@ def _at_level(tracer: Tracer, level: float) -> Tracer:
     return Tracer(system, tracer.support, tracer.period_multiple, tracer.settings)
 
 
+MOST_STEPS_BACK = 10  # to a bifurcation from the first orbit found beside it
 NEAR = 3.0  # times the distance in the critical direction: farther away is another place
 IMAGES = 1e-3  # of the change of frequency, which both halves of a pitchfork have in common
-END_EXTENT = 3e-3  # of the largest deviation from the parent's support
+END_EXTENT = 3e-3  # of the largest deviation from the fixed space
 
 
 def follow_closed(
-    tracer: Tracer, orbit: Orbit, direction: float, rates: tuple[float, float]
+    tracer: Tracer, orbit: Orbit, direction: Array | float, rates: tuple[float, float]
 ) -> list[Series]:
     """Steps of a branch until it leaves the range or comes back to where it started."""
     steps: list[Series] = []
@@ -80,8 +81,19 @@ def follow_closed(
     return steps
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The first orbit of a branch that bifurcates, its direction (2H + 1, L), and the steps before
+    it: none if the first step itself reaches back, None if nothing leads back.
+    """
+
+    orbit: Orbit
+    direction: Array
+    before: list[Series] | None
+
+
 class Bifurcation:
-    """A branch that leaves another one in a direction the parent's support does not contain."""
+    """A branch that leaves another one in a direction that breaks a symmetry of the parent."""
 
     def __init__(
         self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: str, settings: Settings
@@ -91,10 +103,13 @@ class Bifurcation:
         self.orbit = Orbit(
             stretch(orbit.coefficients, factor), orbit.rate / factor, orbit.period_multiple * factor
         )
-        self.inherited = parent.stretch(factor)
+        inherited = parent.stretch(factor)
+        # orbits that the broken symmetry leaves alone: of a period doubling, all of half the period
+        self.fixed = full_support(system, orbit.period_multiple).stretch(2)
+        self.fixed = self.fixed if self.doubles else inherited
         self.direction = self._null_vector(system)
         numbers = (np.arange(len(self.direction)) + 1) // 2
-        table = self.inherited.table.copy()
+        table = inherited.table.copy()
         present = np.abs(self.direction) > 1e-6 * np.abs(self.direction).max()
         for residue in range(table.shape[1]):
             table[:, residue] |= present[numbers % table.shape[1] == residue].any(axis=0)
@@ -102,14 +117,14 @@ class Bifurcation:
         self.tracer = Tracer(system, self.support, self.orbit.period_multiple, settings)
 
     def _null_vector(self, system: ScaledSystem) -> Array:
-        """The critical direction (2H + 1, L) outside the parent's support, by inverse iteration."""
+        """The critical direction (2H + 1, L) outside the fixed space, by inverse iteration."""
         p = self.orbit.period_multiple
         harmonics = (len(self.orbit.coefficients) - 1) // 2
         everything = full_support(system, p)
         basis = basis_for(everything, harmonics, p)
         balance = HarmonicBalance(system, basis)
         matrix = balance.jacobian_t(basis.compress(self.orbit.coefficients), self.orbit.rate).T
-        outside = np.flatnonzero(~self.inherited.rows_mask(harmonics).ravel())
+        outside = np.flatnonzero(~self.fixed.rows_mask(harmonics).ravel())
         if len(outside) == 0:
             raise NewtonFailure("the bifurcating branch has the support of its parent")
         block = matrix[np.ix_(outside, outside)]
@@ -122,23 +137,47 @@ class Bifurcation:
         direction[outside] = vector
         return direction.reshape(2 * harmonics + 1, system.size)
 
-    def starts(self) -> list[tuple[Orbit, Array]]:
+    def starts(self, rates: tuple[float, float]) -> list[Start]:
         """Orbits a little off the bifurcation and the directions in which the branches go on.
 
         One stands for both halves of a pitchfork, which are images of each other (of a period
         doubling: the same a period later); there are two where the branch crosses its parent.
+        Newton's method may end on another branch that passes by, as one that does not lead back to
+        the bifurcation shows; it is taken if there is no other.
         """
+        passing: Start | None = None
         for distance in (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4):
-            first = self._start(self.direction, distance)
-            if first is None:
+            orbit = self._start(self.direction, distance)
+            if orbit is None:
                 continue
-            second = None
-            if not self.doubles:
-                second = self._start(-self.direction, distance)
-            if second is None or self._alike(first, second):
-                return [(first, self.direction)]
-            return [(first, self.direction), (second, -self.direction)]
-        raise ContinuationError("the bifurcating branch could not be started")
+            first = self._connected(orbit, self.direction, rates)
+            if first.before is None:
+                passing = passing or first
+                continue
+            other = None if self.doubles else self._start(-self.direction, distance)
+            if other is None or self._alike(orbit, other):
+                return [first]
+            return [first, self._connected(other, -self.direction, rates)]
+        if passing is None:
+            raise ContinuationError("the bifurcating branch could not be started")
+        return [passing]
+
+    def _connected(self, orbit: Orbit, direction: Array, rates: tuple[float, float]) -> Start:
+        """An orbit with the steps that lead from the bifurcation to it."""
+        for series in self.tracer.follow(orbit, direction, rates):
+            if self.begin(series):
+                return Start(orbit, direction, [])
+            break
+        steps: list[Series] = []
+        for series in self.tracer.follow(orbit, -direction, rates):
+            end = self.end(series)
+            steps.append(series)
+            if end is not None:
+                series.length = end
+                return Start(orbit, direction, [step.reversed() for step in reversed(steps)])
+            if len(steps) == MOST_STEPS_BACK:
+                break
+        return Start(orbit, direction, None)
 
     def _alike(self, first: Orbit, second: Orbit) -> bool:
         one, two = first.rate - self.orbit.rate, second.rate - self.orbit.rate
@@ -173,9 +212,9 @@ class Bifurcation:
         return np.append(direction, 0.0)
 
     def outside(self, series: Series) -> Array:
-        """Coefficients (order + 1, m) of the step in the unknowns outside the parent's support."""
+        """Coefficients (order + 1, m) of the step in the unknowns outside the fixed space."""
         basis = series.balance.basis
-        mask = ~self.inherited.rows_mask(basis.harmonics)[np.ix_(basis.rows, basis.modes)].ravel()
+        mask = ~self.fixed.rows_mask(basis.harmonics)[np.ix_(basis.rows, basis.modes)].ravel()
         if basis.unknowns is not None:
             mask = mask[basis.unknowns]
         return np.asarray(series.coefficients[:, mask])
@@ -189,7 +228,7 @@ class Bifurcation:
         return back is not None
 
     def end(self, series: Series) -> float | None:
-        """Where the branch returns to the parent's support within the step, if it does."""
+        """Where the branch returns to the fixed space within the step, if it does."""
         outside = self.outside(series)
         roots = real_roots(outside @ outside[0], series.length)
         # a projection may vanish while the part itself does not
@@ -202,15 +241,15 @@ class Bifurcation:
     def is_end(self, orbit: Orbit, extent: float) -> bool:
         """Whether an orbit of a branch of this extent is one of its ends.
 
-        There the branch is symmetric about the parent's support, which shows as a fold or a branch
+        There the branch is symmetric about the fixed space, which shows as a fold or a branch
         point that it does not have.
         """
         harmonics = (len(orbit.coefficients) - 1) // 2
-        part = np.abs(orbit.coefficients[~self.inherited.rows_mask(harmonics)]).max(initial=0.0)
+        part = np.abs(orbit.coefficients[~self.fixed.rows_mask(harmonics)]).max(initial=0.0)
         return bool(part < END_EXTENT * extent)
 
     def extent(self, steps: list[Series]) -> float:
-        """Largest deviation from the parent's support along the branch."""
+        """Largest deviation from the fixed space along the branch."""
         return max(float(np.abs(self.outside(step)[0]).max()) for step in steps)
 
 

@@ -10,7 +10,8 @@ depend on the units of the arrays.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import attrs
@@ -21,6 +22,7 @@ from nanorom.errors import ContinuationError
 
 Array = NDArray[Any]
 BITS = 43
+TENSORS = ("damping", "stiffness", "quadratic", "cubic", "cubic_damping")
 
 
 def finite(value: object) -> bool:
@@ -206,39 +208,66 @@ class ModalSystem:
         if direct or parametric:
             self._check_damping()
         frequency = float(np.sqrt(self.natural_frequencies_squared()[0]))
-        inverse = np.linalg.inv(self.mass)
+        arrays = {name: getattr(self, name) for name in TENSORS}
+        arrays["direct"], arrays["parametric"] = direct * self.direct, parametric * self.parametric
+        arrays = _over_mass(self.mass, arrays)
+        return _non_dimensional(arrays, frequency, _nonlinear_amplitude(arrays, frequency))
 
-        def over_mass(tensor: Array) -> Array:
-            return np.tensordot(inverse, tensor, axes=1)
+    def change(self, arrays: Mapping[str, object], unit: ScaledSystem) -> ScaledSystem:
+        """What arrays of the names damping ... cubic_damping, added to those of this system, add to
+        its scaled equations `unit`; direct and parametric forces at level 1.
 
-        stiffness = over_mass(self.stiffness)
-        quadratic = symmetrise_quadratic(over_mass(self.quadratic))
-        cubic = symmetrise_cubic(over_mass(self.cubic))
-        force = direct * over_mass(self.direct)
-        amplitude = _nonlinear_amplitude(stiffness, quadratic, cubic, force, frequency)
-        loss = over_mass(self.cubic_damping)
-        loss = loss + loss.transpose(0, 2, 1, 3)
-        # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
-        loss = (loss + loss.transpose(0, 1, 3, 2)) / 2
-        return ScaledSystem(
-            frequency=frequency,
-            amplitude=amplitude,
-            damping=without_round_off(over_mass(self.damping) / frequency),
-            stiffness=without_round_off(stiffness / frequency**2),
-            quadratic=without_round_off(quadratic * (amplitude / frequency**2)),
-            cubic=without_round_off(cubic * (amplitude / frequency) ** 2),
-            loss=without_round_off(loss * (amplitude**2 / frequency)),
-            force=without_round_off(force / (amplitude * frequency**2)),
-            parametric=without_round_off(parametric * over_mass(self.parametric) / frequency**2),
-        )
+        Raises ContinuationError for another name or a wrong shape.
+        """
+        added: dict[str, Array] = {}
+        for name in (*TENSORS, "direct", "parametric"):
+            shape = getattr(self, name).shape
+            if name not in arrays:
+                added[name] = np.zeros(shape)
+            elif len(shape) == 2:
+                added[name] = _matrix(arrays[name], self.size, name)
+            else:
+                added[name] = _array(arrays[name], shape, name)
+        unknown = sorted(set(arrays) - set(added))
+        if unknown:
+            raise ContinuationError(f"{unknown[0]}: no array of {', '.join(sorted(added))}")
+        return _non_dimensional(_over_mass(self.mass, added), unit.frequency, unit.amplitude)
 
 
-def _nonlinear_amplitude(
-    stiffness: Array, quadratic: Array, cubic: Array, force: Array, frequency: float
-) -> float:
+def _over_mass(mass: Array, arrays: Mapping[str, Array]) -> dict[str, Array]:
+    """The arrays of the equations divided by the mass, symmetric where they act symmetrically."""
+    inverse = np.linalg.inv(mass)
+    divided = {name: np.tensordot(inverse, array, axes=1) for name, array in arrays.items()}
+    divided["quadratic"] = symmetrise_quadratic(divided["quadratic"])
+    divided["cubic"] = symmetrise_cubic(divided["cubic"])
+    loss = divided.pop("cubic_damping")
+    loss = loss + loss.transpose(0, 2, 1, 3)
+    # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
+    divided["loss"] = (loss + loss.transpose(0, 1, 3, 2)) / 2
+    return divided
+
+
+def _non_dimensional(
+    arrays: Mapping[str, Array], frequency: float, amplitude: float
+) -> ScaledSystem:
+    return ScaledSystem(
+        frequency=frequency,
+        amplitude=amplitude,
+        damping=without_round_off(arrays["damping"] / frequency),
+        stiffness=without_round_off(arrays["stiffness"] / frequency**2),
+        quadratic=without_round_off(arrays["quadratic"] * (amplitude / frequency**2)),
+        cubic=without_round_off(arrays["cubic"] * (amplitude / frequency) ** 2),
+        loss=without_round_off(arrays["loss"] * (amplitude**2 / frequency)),
+        force=without_round_off(arrays["direct"] / (amplitude * frequency**2)),
+        parametric=without_round_off(arrays["parametric"] / frequency**2),
+    )
+
+
+def _nonlinear_amplitude(arrays: Mapping[str, Array], frequency: float) -> float:
     """The displacement at which the nonlinear force reaches the linear one (of the forced response
     if linear).
     """
+    stiffness, quadratic, cubic = (arrays[name] for name in ("stiffness", "quadratic", "cubic"))
     modes = np.arange(len(stiffness))
     diagonal = np.abs(cubic[modes, modes, modes, modes])
     squares = np.abs(np.diag(stiffness))
@@ -248,7 +277,7 @@ def _nonlinear_amplitude(
         return float(frequency / np.sqrt(np.abs(cubic).max()))
     if np.abs(quadratic).max() > 0:
         return float(frequency**2 / np.abs(quadratic).max())
-    return float(np.abs(force).max() / frequency**2) or 1.0
+    return float(np.abs(arrays["direct"]).max() / frequency**2) or 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,6 +308,21 @@ class ScaledSystem:
     def nonlinear(self) -> bool:
         return bool(self.quadratic.any() or self.cubic.any() or self.loss.any())
 
+    def plus(self, change: ScaledSystem, factor: float) -> ScaledSystem:
+        """The equations with `factor` times a change of all their arrays."""
+        return replace(
+            self,
+            **{name: getattr(self, name) + factor * getattr(change, name) for name in ARRAYS},
+        )
+
+    def times(self, factor: float) -> ScaledSystem:
+        """A change of all arrays, `factor` times as large."""
+        return replace(self, **{name: factor * getattr(self, name) for name in ARRAYS})
+
+    def pattern(self) -> ScaledSystem:
+        """The same entries without their signs: what may act on what."""
+        return replace(self, **{name: np.abs(getattr(self, name)) for name in ARRAYS})
+
     def restrict(self, modes: Array) -> ScaledSystem:
         """The same equations with every mode outside `modes` at rest."""
         m = np.asarray(modes)
@@ -295,3 +339,6 @@ class ScaledSystem:
             self.force[m],
             self.parametric[np.ix_(m, m)],
         )
+
+
+ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in ("frequency", "amplitude"))

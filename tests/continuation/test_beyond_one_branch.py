@@ -161,24 +161,34 @@ def test_locus_meets_the_diagrams_of_other_levels(kind) -> None:
     assert min(abs(p.omega - curve.omega[index]) for p in other.points(kind)) < CURVE
 
 
-@pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
-def test_locus_of_a_system_with_nonlinear_damping_meets_other_diagrams(kind) -> None:
+def three_modes(damping=1.0, stiffness=1.0, cubic=0.0) -> ModalSystem:
+    """Everything at once; factors on the damping and stiffness of the second mode, and an addition
+    to one cubic coefficient.
+    """
     random, frequencies = np.random.default_rng(5), np.array([1.0, 1.35, 2.3])
     vectors = random.standard_normal((6, 3)) / np.sqrt(3)
-    cubic = np.einsum("mi,mj,mk,ml->ijkl", vectors, vectors, vectors, vectors)
-    cubic /= cubic[0, 0, 0, 0]
-    others, stiffness = random.standard_normal((2, 3, 3))
-    stiffness = (stiffness + stiffness.T) / 2
-    stiffness[0, 0] = 1.0
-    system = ModalSystem(
-        damping=frequencies / 60,
-        stiffness=frequencies**2,
+    tensor = np.einsum("mi,mj,mk,ml->ijkl", vectors, vectors, vectors, vectors)
+    tensor /= tensor[0, 0, 0, 0]
+    others, parametric = random.standard_normal((2, 3, 3))
+    parametric = (parametric + parametric.T) / 2
+    parametric[0, 0] = 1.0
+    force = np.append(1.0, random.standard_normal(3)[1:])
+    friction = 0.1 * tensor + 0.02 * random.standard_normal((3,) * 4)
+    tensor[0, 0, 0, 0] += cubic
+    return ModalSystem(
+        damping=frequencies / 60 * [1, damping, 1],
+        stiffness=frequencies**2 * [1, stiffness, 1],
         quadratic=0.2 / 3 * np.einsum("mi,mj,mk->ijk", others, others, others),
-        cubic=cubic,
-        direct=np.append(1.0, random.standard_normal(3)[1:]),
-        parametric=stiffness,
-        cubic_damping=0.1 * cubic + 0.02 * random.standard_normal((3,) * 4),
+        cubic=tensor,
+        direct=force,
+        parametric=parametric,
+        cubic_damping=friction,
     )
+
+
+@pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
+def test_locus_of_a_system_with_nonlinear_damping_meets_other_diagrams(kind) -> None:
+    system = three_modes()
     levels, omega = np.array([0.1, 0.25]), (0.9, 2.9)
     start = explore(system, omega, *levels, depth=0).points(kind)[-1]
     curve = locus(system, start, *levels, omega=omega, level=(0.5, 2.0), parameter="both", steps=6)
@@ -187,6 +197,59 @@ def test_locus_of_a_system_with_nonlinear_damping_meets_other_diagrams(kind) -> 
     other = explore(system, omega, *(curve.level[index] * levels), depth=0)
     apart = [abs(p.omega - curve.omega[index]) for p in other.points(kind)]
     assert min(apart) < CURVE
+
+
+@pytest.mark.parametrize("kind", ["LP", "PD", "NS"])
+@pytest.mark.parametrize("name", ["damping", "stiffness", "cubic"])
+def test_locus_in_any_parameter_meets_the_diagram_of_the_changed_system(kind, name) -> None:
+    system, omega = three_modes(), (0.9, 2.9)
+    # the change of the system per unit of the argument of the same name
+    changed = three_modes(**{name: 2.0 if name != "cubic" else 1.0})
+    parameter = {name: getattr(changed, name) - getattr(system, name)}
+    start = explore(system, omega, 0.1, 0.25, depth=0).points(kind)[-1]
+    limits = {"omega": omega, "level": (-0.3, 0.3)}
+    curve = locus(system, start, 0.1, 0.25, parameter=parameter, steps=8, **limits)
+    level = float(curve.level[2])
+    assert abs(level) > 0.01
+    other = explore(three_modes(**{name: level + (name != "cubic")}), omega, 0.1, 0.25, depth=0)
+    assert min(abs(p.omega - curve.omega[2]) for p in other.points(kind)) < CURVE
+
+
+def test_cusps_and_tips_of_tongues_are_located() -> None:
+    """A little above there are two special points, a little below there is none."""
+    system = duffing(30.0)
+    for kind, levels, parameter, omega in (
+        ("LP", (0.03, 0.0), "direct", (0.8, 1.6)),
+        ("LP", (0.03, 0.0), "damping", (0.8, 1.6)),
+        ("PD", (0.0, 0.1), "parametric", (1.8, 2.2)),
+    ):
+        point = explore(system, omega, *levels, depth=0).points(kind)[0]
+        reach = {"direct": (1e-3, 0.1), "parametric": (1e-3, 0.2), "damping": (0.5, 5.0)}
+        curve = locus(
+            system, point, *levels, omega=omega, level=reach[parameter], parameter=parameter
+        )
+        (turn,) = curve.turns
+        for side, count in ((1 + 1e-6, 2), (1 - 1e-6, 0)):
+            level = float(curve.level[turn]) * (2 - side if parameter == "damping" else side)
+            near = duffing(30.0 / level) if parameter == "damping" else system
+            there = {"direct": (level, 0.0), "parametric": (0.0, level)}.get(parameter, levels)
+            diagram = explore(near, omega, *there, depth=0)
+            assert len(diagram.points(kind)) == count
+            for p in diagram.points(kind):
+                assert p.omega == pytest.approx(curve.omega[turn], abs=1e-3)
+
+
+def test_loci_of_orbits_that_broke_a_symmetry_are_followed_in_theirs() -> None:
+    """Strongly driven Duffing oscillator: orbits with even harmonics, and where they begin."""
+    system, omega, drive = duffing(30.0), (0.46, 0.6), 20.0
+    start = explore(system, omega, drive)
+    for kind, branch in (("BP", 0), ("LP", 1), ("PD", 1)):
+        point = start.points(kind, branch)[-1]
+        curve = locus(system, point, drive, 0.0, omega=(0.3, 0.8), level=(15.0, 25.0), steps=6)
+        level, frequency = float(curve.level[2]), curve.omega[2]
+        assert abs(level / drive - 1) > 1e-4
+        other = explore(system, omega, level)
+        assert min(abs(p.omega - frequency) for p in other.points(kind)) < CURVE
 
 
 def test_branch_out_of_reach_is_found_from_an_orbit_on_it() -> None:

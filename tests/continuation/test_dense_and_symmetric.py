@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 
 from nanorom.continuation import Branch, ModalSystem, PeriodicOrbit, SpecialPoint, explore
 from nanorom.continuation.polish import _test_function
-from nanorom.continuation.special import _neutral
+from nanorom.continuation.special import _may_meet, _neutral
 
 FEW_POINTS = 100  # a loop of some ten series steps; one of tiny steps has a thousand and more
 AT_A_POINT = 1e-6  # of the circle: a point of the branch that is a special point
@@ -178,3 +180,101 @@ def test_doubled_branches_go_all_the_way_from_one_period_doubling_to_the_other()
     assert len(flips) == 6 and len(doubled) == 3
     ends = np.sort([b.omega[[0, -1]] for b in doubled], axis=None)
     np.testing.assert_allclose(ends, np.sort(flips), atol=1e-5)
+
+
+def softening() -> ModalSystem:
+    """Two modes close together and a third; derivatives of the potential by their indices."""
+    quadratic = "000 -12 001 -5 002 6 011 29 012 -15 022 3 111 -107 112 47 122 -16 222 7"
+    cubic = (
+        "0000 -100 0001 13 0002 -9 0011 -11 0012 -2 0022 -5 0111 23 0112 1 0122 3 0222 1 "
+        "1111 -75 1112 1 1122 -5 1222 -2 2222 -1"
+    )
+    tensors = []
+    for text in (quadratic, cubic):
+        items = text.split()
+        tensor = np.zeros((3,) * len(items[0]))
+        for indices, hundredths in zip(items[::2], items[1::2]):
+            for order in permutations(int(i) for i in indices):
+                tensor[order] = int(hundredths) / 100
+        tensors.append(tensor)
+    return ModalSystem(
+        damping=[0.0033, 0.0034, 0.0063],
+        stiffness=[1.0, 1.07, 3.58],
+        quadratic=tensors[0],
+        cubic=tensors[1],
+        direct=[1.0, -0.44, -0.6],
+        parametric=[1.0, 2.28, -1.3],
+    )
+
+
+def test_branch_that_passes_by_a_bifurcation_is_not_taken_for_the_one_that_begins_there() -> None:
+    """A closed loop of doubled orbits comes near a period doubling whose own orbits are small."""
+    diagram = explore(softening(), (1.5, 2.6), direct=0.0047, parametric=0.036)
+    flips = [p.omega for p in diagram.points("PD", branch=0)]
+    doubled = [b for b in diagram.branches if b.period_multiple == 2]
+    assert len(flips) == 4 and [b.ending for b in doubled] == ["bifurcation"] * 2
+    ends = np.sort([b.omega[[0, -1]] for b in doubled], axis=None)
+    np.testing.assert_allclose(ends, np.sort(flips), atol=1e-5)
+
+
+@pytest.mark.parametrize(("drive", "quadratic"), [(0.06, -0.4), (0.05, 0.4)])
+def test_fold_and_period_doubling_where_multipliers_rush_by_are_found(drive, quadratic) -> None:
+    """At the lowest frequency of a doubled branch, a multiplier falls from some ten to minus some
+    ten: through 1 at a fold and, five digits of the frequency later, through -1.
+    """
+    system = ModalSystem(
+        damping=0.005,
+        stiffness=1.0,
+        quadratic=[[[quadratic]]],
+        cubic=[[[[-1.0]]]],
+        direct=[1.0],
+        parametric=[1.0],
+    )
+    diagram = explore(system, (1.5, 2.5), direct=0.001, parametric=drive)
+    doubled = [b.period_multiple for b in diagram.branches].index(2)
+    (fold,) = diagram.points("LP", doubled)
+    assert fold.omega == pytest.approx(diagram.branches[doubled].omega.min(), rel=1e-3)
+    assert min(abs(p.omega - fold.omega) for p in diagram.points("PD", doubled)) < 1e-4
+
+
+def test_doubled_branch_ends_at_orbits_of_half_the_period_that_are_not_its_parent() -> None:
+    """Rest is the parent; the branches lead to motions of the period of the drive, not past them
+    and back.
+    """
+    cubic, quadratic = np.zeros((2,) * 4), np.zeros((2,) * 3)
+    quadratic[1, 1, 1] = -0.01
+    for indices, value in {
+        "0000": -1.0,
+        "0001": 0.89,
+        "0011": -0.83,
+        "0111": 0.81,
+        "1111": -0.83,
+    }.items():
+        for order in permutations(int(i) for i in indices):
+            cubic[order] = value
+    system = ModalSystem(
+        damping=[0.0173, 0.0179],
+        stiffness=[1.0, 1.07],
+        quadratic=quadratic,
+        cubic=cubic,
+        parametric=[1.0, -1.2],
+    )
+    diagram = explore(system, (2.05, 2.3), parametric=0.233)
+    for branch in diagram.branches[1:]:
+        assert branch.period_multiple == 2 and branch.ending == "bifurcation"
+        first, last = (branch.coefficients[k] for k in (0, -1))
+        numbers = (np.arange(len(last)) + 1) // 2
+        assert np.abs(last[numbers % 2 == 1]).max() < 1e-3 * np.abs(last).max()
+        assert np.abs(last).max() > 100 * np.abs(first).max()  # not rest
+    assert len({(p.type, round(p.omega, 8)) for p in diagram.special_points}) == 7
+
+
+def test_eigenvalues_that_change_places_may_have_left_the_circle() -> None:
+    """Two samples of the same set of eigenvalues: only how fast they turn tells that they met."""
+    pair = 0.99 * np.exp(1j * np.array([1.0, 1.03]))
+    far = 0.3 * np.exp(1j * np.array([0.2, 2.0]))
+    values = np.concatenate([pair, pair.conj(), far, far.conj()])[None]
+    assert _may_meet(values, values, np.array([0.05])).all()
+    assert not _may_meet(values, values, np.array([0.005])).any()  # too slow to leave the circle
+    calm = np.where(np.abs(values) > 0.5, 0.7 * values, values)
+    assert not _may_meet(calm, calm, np.array([0.05])).any()
