@@ -28,6 +28,7 @@ AT_PEAK = 0.9  # of the largest value: what a cell at the peak has somewhere
 FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its eigenvalue
 AVERAGES = 6.0  # from that of a shape and of what weighs it to the error of integrals over it
 IN_PLANE = 2.0  # from that of the in-plane displacement to its error
+STRETCHED = 1.0  # from the same to the error of frequencies that it stiffens
 DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
 CHUNK = 256  # cells at a time
 
@@ -83,14 +84,17 @@ def stiffening_of(plate: Plate, tension: float | None) -> float:
     return 0.0 if tension is None else 3 * max(tension - own, 0.0)
 
 
-def of_state(plate: Plate, deflection: np.ndarray, stiffening: float) -> float:
+def of_state(
+    plate: Plate, deflection: np.ndarray, stiffening: float, in_plane: float
+) -> float:
     """Estimated error, relative, that a static deflection (local dofs,) brings to frequencies.
 
-    Both are smooth functionals of the solution, so they err as its energy does. Collective.
+    Both are smooth functionals of the solution, so they err as its energy does, that of the
+    in-plane displacement included (see `of_tensor`).  Collective.
     """
     tails = _deflection_tails(plate, deflection[:, None], stiffening)
     beyond, _, total = plate.domain.comm.allreduce(tails)[:, 0]
-    return float(FREQUENCY * beyond / total) if total > 0 else 0.0
+    return float(FREQUENCY * beyond / total + STRETCHED * in_plane) if total > 0 else 0.0
 
 
 def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:

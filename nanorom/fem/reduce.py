@@ -277,7 +277,9 @@ def solve(
         cubic = cubic * selection.permitted(modes, 4)
     with watch.stage("errors"):
         if static.deflection is not None:
-            diagnostics["error_state"] = accuracy.of_state(plate, static.deflection, stiffening)
+            diagnostics["error_state"] = accuracy.of_state(
+                plate, static.deflection, stiffening, in_plane.error
+            )
         diagnostics |= {
             "error_frequency": float(errors.frequency.max())
             + diagnostics.get("error_state", 0.0)
