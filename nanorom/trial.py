@@ -21,7 +21,9 @@ SMALL = 2**26  # bytes of a dataset that are read in any case
 
 # what goes wrong in an orderly way is found again, and told, by who reads the file in earnest
 PROGRAM = f"""
-import resource, sys
+import sys
+sys.path = [folder for folder in sys.path if folder]  # not where strangers' files are
+import math, os, resource
 import h5py
 pages = int(open("/proc/self/statm").read().split()[0]) if sys.platform == "linux" else 2**18
 most = pages * resource.getpagesize() + max({MEMORY}, {PER_BYTE} * int(sys.argv[2]))
@@ -33,13 +35,16 @@ def look(name, item):
     for key in item.attrs:
         item.attrs[key]
     if isinstance(item, h5py.Dataset) and item.external is None and not item.is_virtual:
-        if item.nbytes <= max({SMALL}, {PER_BYTE} * int(sys.argv[2])):
+        chunk = math.prod(item.chunks or ()) * item.dtype.itemsize
+        if max(item.nbytes, chunk) <= max({SMALL}, {PER_BYTE} * int(sys.argv[2])):
             item[()]
 
 try:
     with h5py.File(sys.argv[1], "r") as file:
         look("/", file)
         file.visititems(look)
+except MemoryError:
+    os.abort()
 except Exception:
     pass
 """

@@ -136,7 +136,8 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
         return fem.FunctionSpace(mesh, element, cpp.FunctionSpace(on, compiled, dofmap))
 
 
-# element, DOLFINx' and the form compiler's objects by degree and components: 0.5 looks them up anew
+# element, DOLFINx' and the form compiler's objects by dimension, degree and
+# components: 0.5 looks them up anew
 _known_spaces: dict[tuple[int, int, int], tuple[Any, Any, Any]] = {}
 
 
@@ -222,7 +223,7 @@ def _instructions() -> list[str]:
         told = set(CPU_INFO.read_text(encoding="ascii", errors="replace").split())
     except OSError:
         return []
-    return [option for name, option in VECTORS.items() if VECTORS.keys() <= told]
+    return list(VECTORS.values()) if VECTORS.keys() <= told else []
 
 
 @attrs.frozen(eq=False)

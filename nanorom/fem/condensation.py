@@ -130,12 +130,12 @@ def _displacements(
         force = membrane.force(plate, strain) * field.weights[..., None]
         membrane.add_load(plate, field, force, loads[parity])
     stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
-    for last, parity in enumerate(loads, 1 - len(loads)):
+    for number, parity in enumerate(loads, 1):
         free = membrane.free_dofs(plate, parity)
         load = loads[parity] = membrane.summed(plate, loads[parity])
         compat.free_memory(free.comm)
         restricted = free.restrict(stiffness)
-        if not last:
+        if number == len(loads):
             stiffness.destroy()
         solver = plate.solvers.make(free, restricted, "nanorom_in_plane_", "in-plane stiffness")
         for first in range(0, load.shape[1], solver.columns):  # each load gives way to what it does

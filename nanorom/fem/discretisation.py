@@ -3,7 +3,8 @@
 High order is the lever: degree 8 on few curved cells.  The cell size follows from the shortest
 wavelength asked for; edges get rings or rows of cells down to the layer sqrt(D/T) in which a
 clamped plate bends, and the corners of a rectangle, where the in-plane field is singular, rows
-that shrink geometrically.
+that shrink geometrically.  The constants were set against the exact solutions of
+`nanorom bench --accuracy`.
 """
 
 from __future__ import annotations
@@ -192,7 +193,7 @@ def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
 
 def _within(half: float, widths: np.ndarray) -> np.ndarray:
     """Widths towards an edge, all narrower where they would take more than a share of the half."""
-    return widths * min(1.0, AT_EDGE * half / max(widths.sum(), AT_EDGE * half))
+    return widths * (AT_EDGE * half / max(widths.sum(), AT_EDGE * half))
 
 
 def _rectangle(

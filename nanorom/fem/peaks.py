@@ -166,9 +166,7 @@ def _values(
     Collective.
     """
     plate, n_modes = modes.plate, modes.shapes.shape[1]
-    factors: dict[tuple[int, int], list[np.ndarray]] = {
-        (disc, n): [] for disc in range(len(shares)) for n in range(len(owners))
-    }
+    factors: dict[tuple[int, int], np.ndarray] = {}
     samples = np.zeros((len(shares), len(owners)))
     for field in fields:
         values = field.value(modes.shapes).reshape(-1, n_modes).T
@@ -182,13 +180,18 @@ def _values(
                 inner = weight > 0
                 samples[disc, n] += inner.sum()
                 rows = np.sqrt(weight[inner])[:, None] * columns[inner]
-                factors[disc, n].append(np.asarray(np.linalg.qr(rows, mode="r")))
+                if (disc, n) in factors:
+                    rows = np.vstack([factors[disc, n], rows])
+                factors[disc, n] = np.asarray(np.linalg.qr(rows, mode="r"))
     comm = plate.domain.comm
     samples = comm.allreduce(samples)
     gathered = comm.allgather(factors)
     found = np.full((len(shares), len(owners)), np.nan)
-    for disc, n in factors:
-        stacked = np.concatenate([part for own in gathered for part in own[disc, n]])
+    for disc, n in np.ndindex(found.shape):
+        parts = [own[disc, n] for own in gathered if (disc, n) in own]
+        if not parts:
+            continue
+        stacked = np.concatenate(parts)
         weighted, shape = stacked[:, :-1], stacked[:, -1]
         if samples[disc, n] > 2 * weighted.shape[1]:
             amplitudes = lstsq(weighted, shape, CUTOFF, check_finite=False, lapack_driver="gelsy")

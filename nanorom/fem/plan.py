@@ -16,11 +16,14 @@ from nanorom.fem.scales import Scales
 from nanorom.fem.symmetry import Mirrors, is_of_revolution, is_symmetric
 from nanorom.scene import Disc, MeshFile, Scene
 
+EXTRAPOLATED = 3  # amplitudes, each half of the last, from which a shell's STEP goes to nothing
 SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
 
 BENDING_FACTOR = 4.0  # from wavenumber x layer to a bound on the effect of bending: 30 times safe
-# measured on one core of 2020: fixed cost in s, then s per degree of freedom, and per load case
-SECONDS_FIXED, SECONDS_PER_DOF, SECONDS_PER_CASE = 0.1, 2.2e-4, 3e-6
+# measured on drums, one core of 2020: s, and s per degree of freedom, also per pair of modes and
+# per load case
+SECONDS_FIXED, SECONDS_PER_DOF = 0.03, 1.3e-4
+SECONDS_PER_PAIR, SECONDS_PER_CASE = 7e-7, 1.8e-6
 BYTES_PER_DOF = 3e3  # per degree of the deflection: peak of a group with factors, rounded up
 SHARE = 0.5  # of the free memory that a default may fill
 
@@ -112,7 +115,12 @@ class Plan:
             return comb(n + 1, 2), comb(n + 1, 2)
         if method == "tangent":
             return n + comb(n, 2), 2 * n + comb(n, 2)
-        return n + 2 * comb(n, 2) + comb(n, 3), 2 * n + 3 * comb(n, 2) + comb(n, 3)
+        if self.scene.plate.model == "shell":  # and opposites of all, to tell even from odd
+            amplitudes = EXTRAPOLATED if self.scene.reduction.amplitude is None else 1
+            every = amplitudes * (2 * n + 4 * comb(n, 2) + 2 * comb(n, 3))
+            return every, every
+        every = 2 * n + 3 * comb(n, 2) + comb(n, 3)
+        return (n + 2 * comb(n, 2) + comb(n, 3) if self.scene.flat else every), every
 
     def items(self) -> list[Item]:
         """Everything that could be computed, in the order of the computation."""
@@ -142,7 +150,7 @@ class Plan:
                 "they follow from the others: the force has a potential",
             ),
         ]
-        if is_of_revolution(scene):
+        if is_of_revolution(scene) and scene.plate.model != "shell":
             found.append(
                 Item(
                     "entries whose nodal diameters cannot add up to 0", False,
@@ -186,7 +194,9 @@ class Plan:
             return f"{cells} cells of degree {self.scene.accuracy.degree or SHELL_DEGREE} or more"
         dofs = self.dofs or 0
         seconds = SECONDS_FIXED + SECONDS_PER_DOF * dofs
-        if self.route != "direct":
+        if self.route == "direct":
+            seconds += SECONDS_PER_PAIR * self.load_cases[0] * dofs
+        else:
             columns = self.load_cases[0]
             if self.route == "tangent":
                 columns *= len(self.scene.modes.numbers)

@@ -273,8 +273,8 @@ def solve(
             stretching, quadratic, cubic, in_plane, diagnostics = loaded_tensors(
                 scene, scales, units, modes, watch, journal
             )
-        quadratic = quadratic * selection.permitted(modes, 3)
-        cubic = cubic * selection.permitted(modes, 4)
+        quadratic *= selection.permitted(modes, 3)
+        cubic *= selection.permitted(modes, 4)
     with watch.stage("errors"):
         if static.deflection is not None:
             diagnostics["error_state"] = accuracy.of_state(

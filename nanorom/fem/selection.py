@@ -54,7 +54,11 @@ def permitted(modes: Modes, rank: int) -> np.ndarray:
     if modes.diameters is not None:
         p = modes.diameters
         sums = np.abs(p[:, None] + p), np.abs(p[:, None] - p)
-        found &= np.any([_equal(a, b) for a in sums for b in ((p,) if rank == 3 else sums)], axis=0)
+        closed = np.zeros_like(found)
+        for a in sums:
+            for b in (p,) if rank == 3 else sums:
+                closed |= _equal(a, b)
+        found &= closed
     return found
 
 

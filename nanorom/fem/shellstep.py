@@ -12,13 +12,13 @@ import numpy as np
 
 from nanorom.errors import SolverError
 from nanorom.fem.inplane import InPlane
+from nanorom.fem.plan import EXTRAPOLATED
 from nanorom.fem.selection import Case, images, solved_for
 from nanorom.fem.shellcases import ShellCases
 from nanorom.fem.step import StepResult, coefficients, load_cases, symmetric
 
 BATCH = 64  # load cases solved together
 HALVINGS = 7  # of the amplitude, from the thickness down
-EXTRAPOLATED = 3  # amplitudes, each half of the last, from which to go to nothing
 NO_POLYNOMIAL = 1e-2  # change of coefficients with the amplitude that is refused
 AS_GOOD = 8.0  # a change so many times the least is as good: round-off takes steps of four
 Coefficients = tuple[np.ndarray, np.ndarray]  # quadratic, cubic
@@ -107,13 +107,21 @@ def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
 
     Halved from the thickness down, truncation falls as its sixth power while round-off rises as
     its square; what the next halving changes in the coefficients of single modes, relative to the
-    largest, tells.  Collective.
+    largest, tells.  Amplitudes at which a case does not converge are passed over.  Raises
+    SolverError if too few are left.  Collective.
     """
-    amplitudes = thickness / 2.0 ** np.arange(HALVINGS)
-    single = [_single(cases, amplitude) for amplitude in amplitudes]
+    amplitudes, single = [], []
+    for amplitude in thickness / 2.0 ** np.arange(HALVINGS):
+        try:
+            single.append(_single(cases, amplitude))
+        except SolverError:  # so far the shell cannot be pushed, but perhaps half as far
+            if single or amplitude == thickness / 2.0 ** (HALVINGS - EXTRAPOLATED - 1):
+                raise
+        else:
+            amplitudes.append(amplitude)
     values = [
         _to_nothing(single[first : first + EXTRAPOLATED])
-        for first in range(HALVINGS - EXTRAPOLATED + 1)
+        for first in range(len(single) - EXTRAPOLATED + 1)
     ]
     changes = [_change(*pair, thickness) for pair in zip(values, values[1:])]
     best = int(np.argmax(np.array(changes) <= AS_GOOD * min(changes)))

@@ -11,6 +11,7 @@ equilibrium (SNES), and takes the consistent reaction of the deflection's degree
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations, groupby, permutations
 from typing import Any
@@ -93,7 +94,9 @@ def step(
     solved = [case for batch in batches for case in batch]
     journal = journal or Journal()
     dofs = modes.plate.deflections.dofmap.index_map.size_global
-    name = f"{dofs} dofs, eigenvalues {modes.eigenvalues.sum():.9e}"  # of this mesh, these modes
+    # of this mesh, these modes, these cases
+    which = hashlib.sha256(repr(solved).encode()).hexdigest()[:16]
+    name = f"{dofs} dofs, eigenvalues {modes.eigenvalues.sum():.9e}, cases {which}"
     table = journal.table(name, (count, len(solved)))
     done = 0
     for batch in batches:

@@ -8,7 +8,7 @@ from mpi4py import MPI
 from nanorom.fem import algebra, compat, forms
 from nanorom.fem.build import build_plate
 from nanorom.fem.plan import Plan
-from nanorom.scene import Accuracy, Plate, Tension
+from nanorom.scene import Accuracy, Plate, Rectangle, Support, Tension
 from tests.fem.exact import RADIUS, paper_drum
 
 SAME = 1e-14  # of the largest entry
@@ -25,6 +25,18 @@ SCENES = {
         paper_drum(3),
         accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3),
         plate=Plate("10 nm", "membrane"),
+    ),
+    "other degree": attrs.evolve(paper_drum(3), accuracy=Accuracy(degree=3, mesh_size=RADIUS / 3)),
+    "springs": attrs.evolve(
+        paper_drum(3),
+        accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3),
+        support=Support({"edge": {"spring": "1 MN/m^2", "rotational": "2 nN"}}),
+    ),
+    "one mirror": attrs.evolve(
+        paper_drum(3),
+        geometry=Rectangle("5 um", "4 um"),
+        accuracy=Accuracy(degree=4, mesh_size=RADIUS / 3),
+        support=Support({"left": "simply_supported", "default": "clamped"}),
     ),
 }
 

@@ -22,6 +22,7 @@ from nanorom.scene import (
     Modes,
     Plate,
     Rectangle,
+    Reduction,
     Scene,
     String,
     Support,
@@ -173,3 +174,15 @@ def test_new_parameters_compile_no_form(monkeypatch):
     mesh = solved_modes(scene, whole=False).plate.domain.mesh
     with pytest.raises(AssertionError, match="compiled"):  # what a written number would do
         compat.form(random.random() * ufl.Measure("dx", domain=mesh))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"load": Load(pressure="1 kPa")}, {"plate": Plate("10 nm", "shell"), "modes": Modes(1)}],
+    ids=["flat", "loaded", "shell"],
+)
+def test_no_more_load_cases_are_solved_than_planned(changes):
+    by_hand = Accuracy(degree=4, mesh_size=2e-6)
+    scene = attrs.evolve(rectangle(accuracy=by_hand, **changes), reduction=Reduction("step"))
+    solved = reduce_scene(scene).diagnostics["load_cases"]
+    assert 0 < solved <= Plan.of(scene).load_cases[0]

@@ -131,3 +131,25 @@ def test_group_that_leads_back_to_itself_is_read_once(tmp_path):
     path = written(tmp_path / "a.h5", lambda file: file.__setitem__("g/again", file["/"]))
     with hdf5.opened(path, KIND, 1) as file:
         assert hdf5.group(file, "g/again/g/again") == file
+
+
+def test_array_in_a_chunk_larger_than_itself_is_refused(tmp_path):
+    """HDF5 unpacks whole chunks."""
+    count = trial.SMALL // 4
+
+    def fill(file):
+        options = {"chunks": (count,), "maxshape": (None,), "compression": "gzip"}
+        file.create_dataset("a", data=np.zeros(count), **options).resize((10,))
+
+    path = written(tmp_path / "a.h5", fill)
+    assert trial.PER_BYTE * path.stat().st_size < 8 * count
+    with pytest.raises(FileError, match="a: declares"):
+        with hdf5.opened(path, KIND, 1) as file:
+            hdf5.read(file, "a", (10,))
+
+
+def test_no_program_beside_the_file_is_run(tmp_path, monkeypatch):
+    (tmp_path / "h5py.py").write_text("open('run', 'w')")
+    monkeypatch.chdir(tmp_path)
+    trial.survive(written(tmp_path / "a.h5", lambda file: None))
+    assert not (tmp_path / "run").exists()
