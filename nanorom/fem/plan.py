@@ -137,7 +137,7 @@ class Plan:
                 "no mode beyond them but the partners of near ones",
             ),
             Item("quadratic tensor", False, "a flat film without load does not tell its sides")
-            if scene.flat
+            if scene.flat and not self._curved
             else Item("quadratic tensor", True, ""),
             Item(f"cubic tensor by {self.route}: {cases} static solutions", True, "")
             if cases == all_cases
@@ -161,6 +161,11 @@ class Plan:
             found.append(Item("in-plane equilibrium", False, "reduction.in_plane is fixed"))
         return found
 
+    @property
+    def _curved(self) -> bool:
+        """The film may be a surface in space: only its mesh file tells."""
+        return self.scene.plate.model == "shell" and isinstance(self.scene.geometry, MeshFile)
+
     def _state_item(self) -> Item:
         scene = self.scene
         if scene.load is not None:
@@ -171,9 +176,11 @@ class Plan:
 
     def _bending_item(self) -> Item:
         if self.bending_effect is None:
-            if self.bending:
-                return Item("bending", True, "no tension in one direction, to compare it with")
-            return Item("bending", False, "the scene's model is membrane")
+            if not self.bending:
+                return Item("bending", False, "the scene's model is membrane")
+            if isinstance(self.scene.geometry, MeshFile):
+                return Item("bending", True, "the wavelengths on a mesh file are not known")
+            return Item("bending", True, "a direction without tension: nothing to compare it with")
         effect = f"a bound on its effect is {self.bending_effect:.1e}"
         if self.scene.plate.model != "auto":
             return Item("bending", self.bending, f"the scene's model is {self.scene.plate.model}")

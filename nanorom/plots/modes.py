@@ -17,7 +17,6 @@ from nanorom.plots.style import COLUMN, save, styled, with_unit
 from nanorom.rom import ReducedModel, Shapes
 
 COLOURS = "RdBu_r"
-LEVELS = np.linspace(-1, 1, 82)  # an even number: white is centred on 0
 TITLE = 0.27  # height in inches of the two lines above a panel
 GAP = 0.08  # between panels
 BAR = 0.42  # of the colour bar with its label
@@ -57,7 +56,8 @@ def mode_gallery(model: ReducedModel, path: str | Path | None = None) -> Figure:
         )
         axes = figure.add_axes(box)
         values = model.shapes.values[mode].clip(-1, 1)
-        axes.tricontourf(triangulation, values, LEVELS, cmap=COLOURS, antialiased=False)
+        # not contours: their search never ends where triangles shrink towards corners
+        axes.tripcolor(triangulation, values, vmin=-1, vmax=1, cmap=COLOURS, shading="gouraud")
         axes.add_collection(
             LineCollection(edge, colors="0.25", linewidths=0.6, capstyle="round")
         )

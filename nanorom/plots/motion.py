@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 
 COLOURS = "RdBu_r"
 SURFACE = "coolwarm"  # no white in the middle: a flat film must be seen
-LEVELS = 30  # an even number: white is centred on 0
 FRAMES = 32  # of an animation, over one period
 FRAME_TIME = 100  # milliseconds
 SCREEN = 100  # dots per inch of an animation
@@ -158,9 +157,11 @@ def _films(
     high = min(max(ratio, 0.3), 1.5) * COLUMN / columns + 0.1 * lines + 0.06
     figure = Figure(figsize=(COLUMN, rows * high + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    levels = np.linspace(-1, 1, LEVELS)
     for axes, field, title in zip(panels, fields, titles):
-        drawn = axes.tricontourf(triangulation, field.clip(-1, 1), levels, cmap=COLOURS)
+        values = field.clip(-1, 1)
+        drawn = axes.tripcolor(
+            triangulation, values, vmin=-1, vmax=1, cmap=COLOURS, shading="gouraud"
+        )
         axes.add_collection(LineCollection(edge, colors="0.25", linewidths=0.5))
         axes.set_title(title, pad=2)
         axes.set_aspect("equal" if ratio > 0.2 else "auto")

@@ -44,7 +44,7 @@ def test_scene_is_that_of_the_drum_demo():
     assert nanorom.Scene.from_toml(block("toml")) == scene
 
 
-COMMANDS = ["run", "reduce", "info", "respond", "tune", "plot", "plot", "identify"]
+COMMANDS = ["plan", "run", "reduce", "info", "respond", "tune", "plot", "plot", "identify", "export"]
 
 
 def test_commands_work_one_after_the_other(tmp_path, monkeypatch, capsys):
