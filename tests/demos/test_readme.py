@@ -44,7 +44,9 @@ def test_scene_is_that_of_the_drum_demo():
     assert nanorom.Scene.from_toml(block("toml")) == scene
 
 
-COMMANDS = ["plan", "run", "reduce", "info", "respond", "tune", "plot", "plot", "identify", "export"]
+COMMANDS = [
+    "plan", "run", "reduce", "info", "respond", "tune", "plot", "plot", "identify", "export"
+]  # fmt: skip
 
 
 def test_commands_work_one_after_the_other(tmp_path, monkeypatch, capsys):
