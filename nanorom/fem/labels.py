@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import jn_zeros, jv
 
 from nanorom.fem import quadrature
-from nanorom.fem.modes import DEGENERATE, Modes, clusters
+from nanorom.fem.modes import DEGENERATE, NEAR, Modes, clusters
 from nanorom.fem.shapes import bounding_box, extent, orient
 from nanorom.fem.symmetry import Parity, is_square, is_symmetric
 from nanorom.scene import Disc, Rectangle, Scene
@@ -48,11 +48,12 @@ def name_drum(modes: Modes, symmetric: bool, isotropic: bool) -> tuple[Modes, li
     candidates = _drum_modes(modes.shapes.shape[1])
     content = _drum_content(modes, candidates)
     nearest = np.abs(content).argmax(axis=1)
-    # elsewhere only equal frequencies leave the axes of a pair open
+    # a load off the axes leaves those of a pair open only where frequencies are equal; else a mesh
+    # without mirrors mixes what differs by less than its error.  Modes further apart are no pair,
+    # whatever their shapes are closest to
     splits = np.zeros(len(nearest), dtype=int)
-    if not symmetric:
-        for i, cluster in enumerate(clusters(modes.eigenvalues)):
-            splits[cluster] = i
+    for i, cluster in enumerate(clusters(modes.eigenvalues, NEAR if symmetric else DEGENERATE)):
+        splits[cluster] = i
     like = [(*candidates[i], splits[n], modes.parities[n]) for n, i in enumerate(nearest)]
     groups = [
         np.array([n for n, other in enumerate(like) if other == one])
@@ -75,7 +76,11 @@ def name_drum(modes: Modes, symmetric: bool, isotropic: bool) -> tuple[Modes, li
         modes = attrs.evolve(modes, diameters=_diameters(content, candidates))
     if isotropic or not symmetric:
         like = [(*key[:2], split) for key, split in zip(keys, splits)]
-        pairs = [np.array([n for n, other in enumerate(like) if other == one]) for one in like]
+        pairs = [
+            np.array([n for n, other in enumerate(like) if other == one])
+            for one in like
+            if one[0] > 0
+        ]
         modes, keys = _sorted(modes, pairs, keys)
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,7 @@ from nanorom.rom import ReducedModel, Shapes
 from nanorom.scene import MeshFile, Scene
 
 THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
+COUPLED = 1e-3  # of the stiffness of two modes; near ones that are told apart have up to 5e-4
 MOST_MESHES = 5  # attempts at a tolerance
 
 
@@ -102,6 +104,7 @@ def reduce_scene(
     }
     names, quadratic, cubic = solution.names, solution.quadratic, solution.cubic
     stiffness = scales.tension * (products.stiffness + solution.stretching)
+    check_uncoupled(stiffness, names)
     mass = scales.mass * products.mass
     pressure = scales.length**2 * products.area
     model = ReducedModel(
@@ -154,6 +157,20 @@ def viscous(
         "bending": scales.tension * bending * (scales.bending > 0),
         "stretching": 0.5 * scales.cubic / unit * pairs.transpose(0, 2, 3, 1),
     }
+
+
+def check_uncoupled(stiffness: np.ndarray, names: Sequence[str]) -> None:
+    """Raise SolverError if modes are coupled by their stiffness (L, L): they are no eigenmodes."""
+    size = np.sqrt(np.abs(stiffness.diagonal()))
+    coupling = np.abs(stiffness) / np.outer(size, size)
+    np.fill_diagonal(coupling, 0.0)
+    first, second = np.unravel_index(coupling.argmax(), coupling.shape)
+    if not coupling[first, second] <= COUPLED:
+        raise SolverError(
+            f"modes {first + 1} ({names[first]}) and {second + 1} ({names[second]}) are coupled by "
+            f"{coupling[first, second]:.1e} of their stiffness, more than {COUPLED:g}: they are no "
+            "eigenmodes; refine the mesh or ask for a smaller tolerance"
+        )
 
 
 @attrs.frozen(eq=False)

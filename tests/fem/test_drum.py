@@ -10,10 +10,11 @@ from nanorom.fem import discretisation, labels, reduce_scene
 from nanorom.fem import modes as eigen
 from nanorom.fem.build import build_plate
 from nanorom.fem.cases import FlatCases
+from nanorom.fem.reduce import check_uncoupled
 from nanorom.fem.scales import Scales
 from nanorom.fem.shapes import normalise
 from nanorom.fem.step import StaticCases, load_cases
-from nanorom.scene import Accuracy, Reduction, Tension
+from nanorom.scene import Accuracy, Plate, Reduction, Tension
 from tests.fem.exact import (
     DENSITY,
     MODULUS,
@@ -190,3 +191,28 @@ def test_more_modes_than_the_mesh_can_give_is_an_error():
     scene = attrs.evolve(paper_drum(60), accuracy=Accuracy(degree=2, mesh_size=RADIUS / 2))
     with pytest.raises(SolverError, match="60 modes asked for"):
         reduce_scene(scene)
+
+
+def test_modes_of_unequal_frequency_are_no_pair_though_both_are_nearest_to_one_harmonic():
+    """Tensions 20 : 1; modes 11 and 14 both look like f31c.
+
+    Provenance: Ritz' method with (1 - r^2) r^p P_k^(2, p)(1 - 2 r^2) cos, sin p theta; total
+    degrees 34 and 44 agree to 5e-13.
+    """
+    scene = attrs.evolve(
+        paper_drum(15),
+        plate=Plate("10 nm", "membrane"),
+        tension=Tension(0.3, 0.015),
+    )
+    model = reduce_scene(scene)
+    assert model.frequency[[10, 13]] == pytest.approx([27.341695e6, 31.020128e6], rel=2e-8)
+    size = np.sqrt(np.diag(model.stiffness))
+    coupling = model.stiffness / np.outer(size, size) - np.eye(15)
+    assert np.abs(coupling).max() < 1e-10
+
+
+def test_coupled_modes_are_an_error():
+    stiffness = np.array([[1.0, 0.1], [0.1, 4.0]])
+    check_uncoupled(np.diag(np.diag(stiffness)), ["f01", "f02"])
+    with pytest.raises(SolverError, match=r"modes 1 \(f01\) and 2 \(f02\) are coupled by 5.0e-02"):
+        check_uncoupled(stiffness, ["f01", "f02"])

@@ -185,3 +185,24 @@ def test_bad_springs_name_the_key(spring, key):
 def test_rotational_spring_needs_a_plate():
     with pytest.raises(SceneError, match=r"support\.rotational"):
         drum(plate=Plate(THICKNESS, "membrane"))
+
+
+def test_soft_edges_keep_modes_apart_that_are_nearest_to_one_harmonic():
+    """Modes 6 and 17 have no nodal diameter, and are both nearest to the membrane's f02.
+
+    Provenance: determinant of the edge's conditions on J_0 and I_0, as in `edge_residual`.
+    """
+    scene = Scene(
+        geometry=Disc("2.5 um"),
+        plate=Plate("10 nm"),
+        material=Material("410 GPa", 0.16, 2267),
+        tension=Tension.isotropic(0.1),
+        support=Support(Spring(1e4)),
+        modes=Modes(select=[6, 17]),
+        accuracy=Accuracy(1e-6),
+    )
+    model = reduce_scene(scene)
+    assert model.frequency == pytest.approx([20.016728e6, 50.030931e6], rel=3e-8)
+    assert np.sqrt(np.diag(model.stiffness) / model.mass) == pytest.approx(
+        2 * np.pi * model.frequency, rel=1e-8
+    )
