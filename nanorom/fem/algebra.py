@@ -10,6 +10,7 @@ from dolfinx.fem import petsc as _assembly
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
+from nanorom.fem import compat
 
 SOLVED = 1e-12  # relative error at which iterations end unless less is asked for
 REFINED = 1e-13  # relative residual above which a direct solution is refined
@@ -65,6 +66,18 @@ class FreeDofs:
             function.x.array[self.local] = values[:, i]
             function.x.scatter_forward()
             found[:, i] = function.x.array
+        return found
+
+    def summed(self, values: np.ndarray) -> np.ndarray:
+        """Owned free rows (rows, m) of local values (local dofs, m), ghosts' added. Collective."""
+        if self.comm.size == 1:
+            return values[self.local]
+        function = fem.Function(self.space)
+        found = np.empty((len(self.local), values.shape[1]))
+        for i in range(values.shape[1]):
+            function.x.array[:] = values[:, i]
+            compat.scatter_reverse_add(function)
+            found[:, i] = function.x.array[self.local]
         return found
 
     def restrict(self, matrix: PETSc.Mat) -> PETSc.Mat:

@@ -32,6 +32,7 @@ PROGRAM = (
     "from nanorom.cli import main; sys.exit(main(sys.argv[1:]))"
 )
 SEED = 20230403
+SOON = 0.02  # seconds between looks at whether ranks have started
 LONGEST = 300  # seconds of any one run
 ROUND_OFF = 1e-10  # between runs of two ranks: their sums depend on who comes first
 
@@ -167,10 +168,19 @@ def end(process: subprocess.Popen[str], way: str) -> None:
     if way == "disk full":
         resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
     elif way == "rank killed":
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-        os.kill(int(children[-1]), signal.SIGKILL)
+        kill_rank(process)
     else:
         process.send_signal(signal.SIGKILL)
+
+
+def kill_rank(process: subprocess.Popen[str]) -> None:
+    """Kill the last of mpirun's ranks, as soon as there are any."""
+    children: list[str] = []
+    while not children and process.poll() is None:
+        time.sleep(SOON)
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    if children:
+        os.kill(int(children[-1]), signal.SIGKILL)
 
 
 def left_by(task: Task, directory: Path) -> str:
