@@ -18,6 +18,7 @@ from nanorom.files import atomic_path
 
 COLUMNS = tuple(field.name for field in attrs.fields(Row))
 WIDTHS = {"case": 20, "note": 30, "code": 8, "route": 8, "name": 66, "parameter": 22, "verdict": 60}
+NARROWEST = 10.0  # errors to either side of a panel's middle, so that ticks have room
 
 
 def heading(names: Sequence[str] = COLUMNS) -> str:
@@ -143,7 +144,9 @@ def _panel(ax: Any, case: str, rows: list[Row]) -> None:
             linestyle="-" if by_tolerance or members[0].code != "nanorom" else ":",
             label=name,
         )
-    ax.invert_xaxis()
+    low, high = ax.get_xlim()
+    middle = (low * high) ** 0.5
+    ax.set_xlim(max(high, NARROWEST * middle), min(low, middle / NARROWEST))  # smaller to the right
     ax.set_title(case)
     ax.set_xlabel("true error (frequencies and tensor)")
     ax.set_ylabel("processor time (s)")
