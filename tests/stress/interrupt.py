@@ -174,11 +174,12 @@ def end(process: subprocess.Popen[str], way: str) -> None:
 
 
 def kill_rank(process: subprocess.Popen[str]) -> None:
-    """Kill the last of mpirun's ranks, as soon as there are any."""
+    """Kill one of mpirun's ranks, as soon as there are any."""
     children: list[str] = []
     while not children and process.poll() is None:
         time.sleep(SOON)
-        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        for thread in Path(f"/proc/{process.pid}/task").glob("*/children"):
+            children += thread.read_text().split()
     if children:
         os.kill(int(children[-1]), signal.SIGKILL)
 
