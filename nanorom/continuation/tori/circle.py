@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..harmonics import differentiate, fourier_matrix
-from ..system import Array
+from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
+from nanorom.types import Array
 
 HARMONICS = (3, 4, 6, 8, 10, 12, 15, 18, 22, 27, 33, 40, 48, 58, 70, 85, 100)
 

@@ -3,20 +3,20 @@ frequencies.
 
 A fold is where the parameter turns back; elsewhere an exponent passes zero. A single one belongs to
 a real direction: a torus of twice the length ("PD") or another of the same length ("BP") branches;
-of two that pass together a torus with a third frequency does ("NS").
+of two that pass together a torus with a third frequency does ("TR").
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from scipy.optimize import brentq
 
+from nanorom.continuation.tori.family import Family, Member
+from nanorom.continuation.tori.stability import doubles
 from nanorom.errors import ContinuationError
-
-from .family import Family, Member
-from .stability import doubles
 
 STEP = 1e-7  # of the step between the members: error of a located place
 TOGETHER = 0.02  # difference of two exponents of a complex pair, relative to all losses
@@ -25,7 +25,7 @@ AT_FOLD = 0.02  # of the step: an exponent that passes zero there does so becaus
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """A bifurcation of tori: "LP", "PD", "BP" or "NS", and the member at it."""
+    """A bifurcation of tori: "LP", "PD", "BP" or "TR", and the member at it."""
 
     type: str
     member: Member
@@ -44,26 +44,26 @@ def events(family: Family, before: Member, after: Member) -> list[Event]:
     return sorted(found, key=lambda event: event.member.step)
 
 
-def _crossings(
-    family: Family, before: Member, after: Member, fold: Member | None
-) -> list[Event]:
+def _crossings(family: Family, before: Member, after: Member, fold: Member | None) -> list[Event]:
     low, high = sorted((before.unstable, after.unstable))
     found: list[Event] = []
     k = low
     while k < high:
         paired = k + 1 < high and _is_pair(before, k) and _is_pair(after, k)
-        members = range(k, k + 2) if paired else range(k, k + 1)
-        place = _locate(
-            family, before, after.step, lambda m: sum(float(m.exponents[i]) for i in members)
-        )
-        k += len(members)
+        chosen = slice(k, k + 2) if paired else slice(k, k + 1)
+        place = _locate(family, before, after.step, partial(_growth, chosen))
+        k = chosen.stop
         if place is None:
             continue
         if fold is not None and abs(place.step - fold.step) < AT_FOLD * after.step:
             continue
-        kind = "NS" if paired else "PD" if doubles(place.curve, place.factors.maps) else "BP"
+        kind = "TR" if paired else "PD" if doubles(place.curve, place.factors.maps) else "BP"
         found.append(Event(kind, place))
     return found
+
+
+def _growth(chosen: slice, member: Member) -> float:
+    return float(member.exponents[chosen].sum())
 
 
 def _is_pair(member: Member, k: int) -> bool:

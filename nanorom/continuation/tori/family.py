@@ -1,4 +1,4 @@
-"""One family of invariant curves followed by pseudo-arclength, with harmonics adapted on the way."""
+"""One family of invariant curves followed by pseudo-arclength, harmonics adapted on the way."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
+from nanorom.continuation.tori.circle import HARMONICS
+from nanorom.continuation.tori.invariance import Curve, Direction, Invariance, Linearised
+from nanorom.continuation.tori.return_map import ReturnMap
+from nanorom.continuation.tori.stability import exponents
 from nanorom.errors import ContinuationError
-
-from ..system import Array
-from .circle import HARMONICS
-from .invariance import Curve, Direction, Invariance, Linearised
-from .return_map import ReturnMap
-from .stability import exponents
+from nanorom.types import Array
 
 FIRST = 0.01  # radius of the first curve, relative to the orbit from which it branches
 TURN = 0.25  # rad that the tangent may turn in a step
@@ -68,13 +67,15 @@ class Family:
         shape = (np.exp(1j * angles)[:, None] * vectors[:, critical]).real
         direction = Direction(shape, 0.0, 0.0).unit()
         radius = FIRST * float(np.abs(state).max())
-        guess = Curve(np.tile(state, (len(angles), 1)), float(np.angle(values[critical])), parameter)
+        guess = Curve(
+            np.tile(state, (len(angles), 1)), float(np.angle(values[critical])), parameter
+        )
         return self.adapted(guess.moved(direction, radius), direction)
 
     def adapted(
         self, guess: Curve, border: Direction, known: Linearised | None = None
     ) -> tuple[Curve, Direction]:
-        """The corrected curve with as many harmonics as it needs, and the border resized with it."""
+        """The corrected curve with as many harmonics as it needs, and the border with as many."""
         while True:
             curve = self.equations.correct(guess, border, known)
             position = self.ladder.index(curve.circle.harmonics)
@@ -97,7 +98,7 @@ class Family:
 
     def member(self, curve: Curve, border: Direction, step: float = 0.0) -> Member:
         factors = self.equations.linearise(curve, border)
-        return Member(curve, factors.tangent(curve.values.shape), factors, step)
+        return Member(curve, factors.tangent(curve), factors, step)
 
     def beside(self, member: Member, step: float) -> Member:
         """The member a step farther along the tangent of another; raises ContinuationError."""
@@ -136,8 +137,8 @@ class Family:
                     yield self._limit(here, there, limit)
                     return
             if _overlap(here.curve, there.curve) < 0:  # through the orbit, to its other side
-                step = 0.9 * there.step * here.curve.radius / (
-                    here.curve.radius + there.curve.radius
+                step = (
+                    0.9 * there.step * here.curve.radius / (here.curve.radius + there.curve.radius)
                 )
                 continue
             shrunk = there.curve.radius < min(SHRUNK * there.curve.scale, here.curve.radius)

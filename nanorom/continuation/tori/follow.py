@@ -1,27 +1,24 @@
-"""Tori of modal systems by one call: from a Neimark-Sacker point on, in frequency or drive level."""
+"""Tori of modal systems by one call: from a Neimark-Sacker point on, in frequency or level."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import attrs
 import numpy as np
 
+from nanorom.continuation.diagrams.diagram import SpecialPoint
+from nanorom.continuation.orbits.harmonics import Support, close_support, symmetry_signs
+from nanorom.continuation.system import ModalSystem, ScaledSystem, finite
+from nanorom.continuation.threads import one_thread
+from nanorom.continuation.tori.circle import HARMONICS
+from nanorom.continuation.tori.events import Event, events
+from nanorom.continuation.tori.family import Family, Member
+from nanorom.continuation.tori.motion import QuasiPeriodic, motion
+from nanorom.continuation.tori.parameter import Level, Varied, varied
+from nanorom.continuation.tori.return_map import ReturnMap
+from nanorom.continuation.tori.torus import Torus, TorusPoint, TorusState
 from nanorom.errors import ContinuationError
-
-from ..diagram import SpecialPoint
-from ..explore import check_range
-from ..harmonics import Support, close_support, symmetry_signs
-from ..system import Array, ModalSystem, ScaledSystem, finite
-from ..threads import one_thread
-from .circle import HARMONICS
-from .events import events
-from .family import Family, Member
-from .motion import QuasiPeriodic, motion
-from .return_map import ReturnMap
-from .torus import Torus, TorusPoint, TorusState
-
-Level = float | tuple[float, float]
+from nanorom.types import Array
 
 
 @one_thread()
@@ -32,6 +29,7 @@ def follow_torus(
     direct: Level = 0.0,
     parametric: Level = 0.0,
     *,
+    at: float | None = None,
     tolerance: float = 1e-10,
     harmonics: int = 100,
     steps: int = 200,
@@ -50,6 +48,8 @@ def follow_torus(
         Drive frequency, rad per unit of time of the system; that of the point if left out.
     direct, parametric : float or (low, high)
         Drive levels.
+    at : float
+        Where a level is varied: the level of the point.
     tolerance : float
         Size of the last harmonics of the second angle, relative to the states.
     harmonics : int
@@ -67,88 +67,46 @@ def follow_torus(
         raise ContinuationError(
             f"point: found {getattr(point, 'type', point)!r}; allowed a special point of type NS"
         )
-    varied = _varied(system, point, omega, direct, parametric)
-    _check_size("harmonics", harmonics, HARMONICS[0], HARMONICS[-1])
-    _check_size("steps", steps, 1, 100_000)
-    if not finite(tolerance) or not 1e-13 <= tolerance <= 1e-3:
-        raise ContinuationError(f"tolerance: found {tolerance!r}; allowed 1e-13 to 1e-3")
-    unit = varied.system
-    map_ = ReturnMap(varied.equations, point.period_multiple, _signs(unit, point))
+    _check("harmonics", harmonics, HARMONICS[0], HARMONICS[-1])
+    _check("steps", steps, 1, 100_000)
+    _check("tolerance", tolerance, 1e-13, 1e-3)
+    given = {"omega": point.omega if omega is None else omega}
+    parameter = varied(system, given | {"direct": direct, "parametric": parametric})
+    start = parameter.scaled(_start(parameter, point, at))
+    unit = parameter.system
+    signs = _signs(parameter.equations(start)[0], point)
+    map_ = ReturnMap(parameter.equations, point.period_multiple, signs)
     family = Family(map_, tolerance, harmonics, steps)
     state = point.state / np.repeat([unit.amplitude, unit.amplitude * unit.frequency], unit.size)
-    first = family.from_orbit(state, varied.start)
-    members, found = [], []
-    for member in family.follow(*first, varied.span):
+    members: list[Member] = []
+    found: list[Event] = []
+    for member in family.follow(*family.from_orbit(state, start), parameter.span):
         if members and member.step:
             found += events(family, members[-1], member)
         members.append(member)
         if progress is not None:
-            progress(len(members), member.curve.parameter * varied.unit)
-    report = _Report(varied, map_, family)
-    return report.torus(members, [(event.type, event.member) for event in found])
+            progress(len(members), member.curve.parameter * parameter.unit)
+    return _Report(parameter, map_, family).torus(members, found)
 
 
-@attrs.frozen(eq=False)
-class _Varied:
-    """Which parameter is varied: its name, unit (value at scaled parameter 1), span and start in
-    that unit, and the equations at a scaled parameter.
-    """
-
-    name: str
-    unit: float
-    span: tuple[float, float]
-    start: float
-    system: ScaledSystem
-    equations: Callable[[float], tuple[ScaledSystem, float]]
-
-
-def _varied(
-    system: ModalSystem, point: SpecialPoint, omega: Level | None, direct: Level, parametric: Level
-) -> _Varied:
-    given = {"omega": point.omega if omega is None else omega}
-    given |= {"direct": direct, "parametric": parametric}
-    ranges = [name for name, value in given.items() if np.ndim(value) == 1]
-    if len(ranges) != 1:
+def _start(parameter: Varied, point: SpecialPoint, at: float | None) -> float:
+    """The value of the parameter at the point; raises ContinuationError outside the range."""
+    if parameter.name != "omega" and at is None:
         raise ContinuationError(
-            f"omega, direct, parametric: found {len(ranges)} ranges (low, high); allowed exactly one"
+            f"at: missing; give the {parameter.name} level at which the point was found"
         )
-    name = ranges[0]
-    fixed = {key: value for key, value in given.items() if key != name}
-    for key, value in fixed.items():
-        if not finite(value):
-            raise ContinuationError(f"{key}: found {value!r}; allowed a finite number")
-    low, high = check_range(given["omega"]) if name == "omega" else _level_range(name, given[name])
-    scaled = system.scaled(fixed.get("direct", 0.0), fixed.get("parametric", 0.0))
-    if name == "omega":
-        unit, start = scaled.frequency, point.omega
-
-        def equations(parameter: float) -> tuple[ScaledSystem, float]:
-            return scaled, parameter
-    else:
-        unit = max(abs(low), abs(high))
-        change = system.change({name: getattr(system, name)}, scaled).times(unit)
-        rate = fixed["omega"] / scaled.frequency
-        start = float("nan")
-
-        def equations(parameter: float) -> tuple[ScaledSystem, float]:
-            return scaled.plus(change, parameter), rate
-    if name == "omega" and not low <= start <= high:
+    value = point.omega if at is None else float(at)
+    if not parameter.holds(value):
+        low, high = (limit * parameter.unit for limit in parameter.span)
         raise ContinuationError(
-            f"omega: range ({low:g}, {high:g}) does not hold the point at {start:.10g}"
+            f"{parameter.name}: range ({low:g}, {high:g}) does not hold the point at {value:.10g}"
         )
-    return _Varied(name, unit, (low / unit, high / unit), start / unit, scaled, equations)
+    return value
 
 
-def _level_range(name: str, value: object) -> tuple[float, float]:
-    low, high = (float(v) for v in np.asarray(value, dtype=float))
-    if not (np.isfinite(low) and np.isfinite(high) and low < high):
-        raise ContinuationError(f"{name}: found ({low:g}, {high:g}); allowed a rising finite range")
-    return low, high
-
-
-def _check_size(name: str, value: object, low: int, high: int) -> None:
+def _check(name: str, value: object, low: float, high: float) -> None:
     if not finite(value) or not low <= value <= high:  # type: ignore[operator]
-        raise ContinuationError(f"{name}: found {value!r}; allowed {low} to {high}")
+        raise ContinuationError(f"{name}: found {value!r}; allowed {low:g} to {high:g}")
 
 
 def _signs(system: ScaledSystem, point: SpecialPoint) -> Array | None:
@@ -164,11 +122,11 @@ def _signs(system: ScaledSystem, point: SpecialPoint) -> Array | None:
 class _Report:
     """Members of a family in the user's units."""
 
-    def __init__(self, varied: _Varied, map_: ReturnMap, family: Family) -> None:
+    def __init__(self, varied: Varied, map_: ReturnMap, family: Family) -> None:
         self.varied, self.map, self.family = varied, map_, family
 
-    def torus(self, members: list[Member], found: list[tuple[str, Member]]) -> Torus:
-        points = [TorusPoint(kind, self.state(member)) for kind, member in found]
+    def torus(self, members: list[Member], found: list[Event]) -> Torus:
+        points = [TorusPoint(event.type, self.state(event.member)) for event in found]
 
         def at(index: int, parameter: float) -> TorusState:
             near = members[index : index + 2]

@@ -17,11 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import lapack
 
+from nanorom.continuation.tori.circle import Circle, circle
+from nanorom.continuation.tori.return_map import ReturnMap
 from nanorom.errors import ContinuationError
-
-from ..system import Array
-from .circle import Circle, circle
-from .return_map import ReturnMap
+from nanorom.types import Array
 
 NEWTON = 1e-11  # last correction, relative to the curve
 SLOW = 0.2  # contraction of the chord method that is worth a new Jacobian
@@ -75,9 +74,7 @@ class Direction:
         return mean + self.rotation * other.rotation + self.parameter * other.parameter
 
     def times(self, factor: float) -> Direction:
-        return Direction(
-            factor * self.values, factor * self.rotation, factor * self.parameter
-        )
+        return Direction(factor * self.values, factor * self.rotation, factor * self.parameter)
 
     def unit(self) -> Direction:
         return self.times(1 / np.sqrt(self.dot(self)))
@@ -102,15 +99,16 @@ class Linearised:
     def solve(self, right: Array) -> Array:
         return np.asarray(lapack.dgetrs(self.lu, self.pivots, right)[0])
 
-    def tangent(self, shape: tuple[int, int]) -> Direction:
+    def tangent(self, curve: Curve) -> Direction:
         """The direction in which the family goes on, along the border."""
         right = np.zeros(len(self.lu))
         right[-1] = 1.0
-        return _direction(self.solve(right), shape).unit()
+        return _direction(self.solve(right), curve).unit()
 
 
-def _direction(change: Array, shape: tuple[int, int]) -> Direction:
-    return Direction(change[:-2].reshape(shape), float(change[-2]), float(change[-1]))
+def _direction(change: Array, curve: Curve) -> Direction:
+    values = change[:-2].reshape(curve.values.shape)
+    return Direction(values, float(change[-2]), float(change[-1]))
 
 
 class Invariance:
@@ -155,9 +153,7 @@ class Invariance:
             raise ContinuationError("torus: the equations of the curve cannot be solved")
         return Linearised(maps, lu, pivots)
 
-    def correct(
-        self, guess: Curve, border: Direction, known: Linearised | None = None
-    ) -> Curve:
+    def correct(self, guess: Curve, border: Direction, known: Linearised | None = None) -> Curve:
         """The curve next to a guess on the plane through it orthogonal to the border.
 
         `known`: factors at a curve nearby, used as long as they contract. Raises ContinuationError
@@ -186,7 +182,7 @@ class Invariance:
                 raise ContinuationError("torus: the correction leaves the neighbourhood")
             if size > 2 * previous:
                 return curve, False
-            curve = curve.moved(_direction(change, curve.values.shape), 1.0)
+            curve = curve.moved(_direction(change, curve), 1.0)
             if size < NEWTON:
                 return curve, True
             if number and size > SLOW * previous:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from ..system import Array
-from .invariance import Curve
-from .return_map import ReturnMap
+from nanorom.continuation.tori.invariance import Curve
+from nanorom.continuation.tori.return_map import ReturnMap
+from nanorom.types import Array, Numbers
 
 FIRST_SAMPLES, MOST_SAMPLES = 32, 1024  # of a period of the drive
 TAIL = 1e-11  # of the first angle's last harmonics, relative to the largest coefficient
@@ -25,13 +25,13 @@ class QuasiPeriodic:
     of time; the drive is cos(omega t).
     """
 
-    coefficients: Array = attrs.field(repr=False)
+    coefficients: Numbers = attrs.field(repr=False)
     omega: float
     second: float
     period_multiple: int = 1
 
     @property
-    def orders(self) -> tuple[Array, Array]:
+    def orders(self) -> tuple[Numbers, Numbers]:
         """m (2M + 1,) and k (H + 1,) of the coefficients."""
         most = (self.coefficients.shape[0] - 1) // 2
         return np.arange(-most, most + 1), np.arange(self.coefficients.shape[1])
@@ -50,13 +50,13 @@ class QuasiPeriodic:
         """dq/dt (..., L) at the times (...)."""
         return self._sum(np.asarray(time), 1j * self.rates[:, :, None] * self.coefficients)
 
-    def _sum(self, time: Array, coefficients: Array) -> Array:
+    def _sum(self, time: Array, coefficients: Numbers) -> Array:
         first, second = self.orders
         one = np.exp(1j * self.omega / self.period_multiple * np.multiply.outer(time, first))
         two = np.exp(1j * self.second * np.multiply.outer(time, second))
         return np.einsum("...m,...k,mkr->...r", one, two, coefficients, optimize=True).real
 
-    def spectrum(self, least: float = 1e-9) -> tuple[Array, Array, Array]:
+    def spectrum(self, least: float = 1e-9) -> tuple[Array, Numbers, Numbers]:
         """Angular frequencies (n,) >= 0 in rising order, complex amplitudes (n, L) and orders
         (n, 2) = (m, k) of the lines: q(t) = Re sum_n amplitude_n exp(i frequency_n t).
 
@@ -94,24 +94,27 @@ class QuasiPeriodic:
         angles = 2 * np.pi * place / np.array([rows, columns])
         return max(float(values.max()), float(self._refined(c, angles).max()))
 
-    def _refined(self, c: Array, angles: Array) -> Array:
+    def _refined(self, c: Numbers, angles: Array) -> Array:
         """|q| at the stationary places next to the angles (n, 2), by Newton's method."""
-        first, second = self.orders
+        orders = self.orders
+        limit = np.pi / np.array([c.shape[0], 2 * c.shape[1]])
         for _ in range(NEWTON_STEPS):
-            one, two = np.exp(1j * angles[:, :1] * first), np.exp(1j * angles[:, 1:] * second)
-
-            def derivative(i: int, j: int) -> Array:
-                weighted = c * np.multiply.outer((1j * first) ** i, (1j * second) ** j)
-                return np.einsum("nm,nk,mk->n", one, two, weighted, optimize=True).real
-
-            slope = np.stack([derivative(1, 0), derivative(0, 1)], axis=1)
-            mixed = derivative(1, 1)
-            bend = np.stack([derivative(2, 0), mixed, mixed, derivative(0, 2)], axis=1)
-            step = np.einsum("nij,nj->ni", np.linalg.pinv(bend.reshape(-1, 2, 2)), slope)
-            limit = np.pi / np.array([len(first), 2 * len(second)])
+            slope = np.stack([_partial(c, orders, angles, *n) for n in ((1, 0), (0, 1))], axis=1)
+            bend = [_partial(c, orders, angles, *n) for n in ((2, 0), (1, 1), (1, 1), (0, 2))]
+            inverse = np.linalg.pinv(np.stack(bend, axis=1).reshape(-1, 2, 2))
+            step = np.einsum("nij,nj->ni", inverse, slope)
             angles = angles - np.clip(step, -limit, limit)
-        one, two = np.exp(1j * angles[:, :1] * first), np.exp(1j * angles[:, 1:] * second)
-        return np.abs(np.einsum("nm,nk,mk->n", one, two, c, optimize=True).real)
+        return np.abs(_partial(c, orders, angles, 0, 0))
+
+
+def _partial(
+    c: Numbers, orders: tuple[Numbers, Numbers], angles: Array, one: int, two: int
+) -> Array:
+    """Derivatives (n,) of a mode's series, `one` and `two` times by the angles (n, 2)."""
+    first, second = orders
+    weighted = c * np.multiply.outer((1j * first) ** one, (1j * second) ** two)
+    along, across = np.exp(1j * angles[:, :1] * first), np.exp(1j * angles[:, 1:] * second)
+    return np.asarray(np.einsum("nm,nk,mk->n", along, across, weighted, optimize=True).real)
 
 
 def motion(map_: ReturnMap, curve: Curve) -> QuasiPeriodic:

@@ -11,8 +11,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..shooting import TaylorStepper
-from ..system import Array, ScaledSystem
+from nanorom.continuation.orbits.shooting import TaylorStepper
+from nanorom.continuation.system import ScaledSystem
+from nanorom.types import Array
 
 Equations = Callable[[float], tuple[ScaledSystem, float]]  # parameter -> equations, drive frequency
 STEP_ANGLE = 1.5  # of the fastest mode within a Taylor step, to begin with

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..system import Array
-from .circle import circle
-from .invariance import Curve
+from nanorom.continuation.tori.circle import circle
+from nanorom.continuation.tori.invariance import Curve
+from nanorom.types import Array
 
 DOUBLINGS = 6  # at most, of the linearised map before frames are carried
 LARGE = 1e4  # entries of the product beyond which round-off would hide the weaker directions

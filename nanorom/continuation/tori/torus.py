@@ -7,8 +7,8 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
-from ..system import Array
-from .motion import QuasiPeriodic
+from nanorom.continuation.tori.motion import QuasiPeriodic
+from nanorom.types import Array
 
 TORUS_POINTS = {
     "NS": "where the torus shrinks to a periodic orbit",
