@@ -114,7 +114,7 @@ def test_function(condition: Condition, eigenvalues: Numbers, slopes: Array) -> 
     return signs, logs
 
 
-def test_value(kind: Kind, symmetric: bool) -> Callable[[Numbers, float], float]:
+def critical_value(kind: Kind, symmetric: bool) -> Callable[[Numbers, float], float]:
     """A smooth function of the eigenvalues (2L,) and the slope of the rate that is zero at the
     point.
 

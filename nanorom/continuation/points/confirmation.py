@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.continuation.branches.path import Path
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
-from nanorom.continuation.orbits.bifurcations import CONFIRMED, FOLD, Kind, test_value
+from nanorom.continuation.orbits.bifurcations import CONFIRMED, FOLD, Kind, critical_value
 from nanorom.continuation.orbits.floquet import FloquetSolver
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
 from nanorom.continuation.orbits.shooting import Shooting
@@ -105,7 +105,7 @@ def _zero(
 
     symmetric = floquet.signs(tracer.support) is not None
 
-    test = test_value(kind, symmetric)
+    test = critical_value(kind, symmetric)
 
     def critical(points: list[float]) -> list[float]:
         if max(abs(a) for a in points) > series.length:
