@@ -64,8 +64,8 @@ def diagram_figure(
         for point in diagram.special_points:
             style = {"color": _colour(point.period_multiple), "zorder": 3}
             axes.plot(point.omega, point.amplitude[mode], **marker_style(point.type), **style)
-        left = [u.omega for u in diagram.unexplored]
-        axes.plot(left, np.zeros(len(left)), color=NEUTRAL, zorder=3, **UNEXPLORED)
+        for left in diagram.unexplored:
+            axes.plot(left.omega, 0.0, color=NEUTRAL, zorder=3, **UNEXPLORED)
         name = labels[mode] if labels else f"mode {mode + 1}"
         axes.set_ylabel(f"max |q|\n{name}", linespacing=1.2)
         axes.set_ylim(-0.05 * tops[mode], 1.1 * tops[mode])

@@ -203,8 +203,8 @@ def _draw(
 
 def _mark_unexplored(axes: Any, diagram: Diagram, colour: Any, factor: float) -> None:
     """Crosses on the axis where something was not followed."""
-    omega = np.array([left.omega for left in diagram.unexplored])
-    axes.plot(omega * factor, np.zeros(len(omega)), color=colour, zorder=3, **UNEXPLORED)
+    for left in diagram.unexplored:
+        axes.plot(left.omega * factor, 0.0, color=colour, zorder=3, **UNEXPLORED)
 
 
 def _colours(response: Response) -> Any:
