@@ -17,8 +17,6 @@ RANGE, LEVEL = (0.97, 1.03), 0.01
 SECOND = {0.9885: 0.029553765708, 1.0092: 0.027271788098}
 ROTATION_ERROR = 1e-8
 SLOW_DYNAMICS = 4e-4  # error of a reduction to slow dynamics of third order, which gives .98877
-    4e-4  # error of SSMTool's third order, as the issue of its folds and doublings shows
-)
 MOTION_ERROR = 1e-9
 TRACE_ERROR = 1e-5  # of the sum; along a small curve its own direction is known less well
 RESIDUAL = 1e-9
