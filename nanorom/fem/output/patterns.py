@@ -43,19 +43,29 @@ def spot(modes: Modes, centre: np.ndarray, radius: float) -> np.ndarray:
     plate = modes.plate
     force = np.zeros(modes.shapes.shape[1])
     for image, sign in _images(modes, centre):
-        cells, corners = _parts(plate, image, radius)
-        rule = basix.make_quadrature(basix.CellType.triangle, plate.degree + QUADRATURE)
-        points, weights = np.asarray(rule[0]), np.asarray(rule[1])
-        inside = np.column_stack([1 - points.sum(axis=1), points])
-        reference = (inside @ corners).reshape(-1, 2)
-        sides = corners[:, 1:] - corners[:, :1]
-        share = np.abs(np.linalg.det(sides))[:, None] * weights
-        cells = np.repeat(cells, len(weights))
-        x, jacobian = quadrature.map_points(plate, cells, reference)
-        intensity = np.exp(-2 * np.sum((x - image) ** 2, axis=1) / radius**2)
-        measure = intensity * np.abs(np.linalg.det(jacobian)) * share.ravel()
+        cells, reference, measure = spot_rule(plate, image, radius)
         force += sign * (measure @ _values(modes, cells, reference))
     return plate.domain.comm.allreduce(force)
+
+
+def spot_rule(
+    plate: Plate, centre: np.ndarray, radius: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points and weights (m,) that integrate against exp(-2 d^2/radius^2) over own cells.
+
+    Cells (m,) and reference points (m, 2) in them; d is the distance from the centre.
+    """
+    cells, corners = _parts(plate, centre, radius)
+    rule = basix.make_quadrature(basix.CellType.triangle, plate.degree + QUADRATURE)
+    points, weights = np.asarray(rule[0]), np.asarray(rule[1])
+    inside = np.column_stack([1 - points.sum(axis=1), points])
+    reference = (inside @ corners).reshape(-1, 2)
+    sides = corners[:, 1:] - corners[:, :1]
+    share = np.abs(np.linalg.det(sides))[:, None] * weights
+    cells = np.repeat(cells, len(weights))
+    x, jacobian = quadrature.map_points(plate, cells, reference)
+    intensity = np.exp(-2 * np.sum((x - centre) ** 2, axis=1) / radius**2)
+    return cells, reference, intensity * np.abs(np.linalg.det(jacobian)) * share.ravel()
 
 
 def point(modes: Modes, position: np.ndarray) -> np.ndarray:
