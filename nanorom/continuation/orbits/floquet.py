@@ -29,6 +29,9 @@ from nanorom.types import Array
 
 BATCH_DOUBLES = 400_000
 SupportKey = tuple[bytes, tuple[int, ...]]
+TRUNCATION = 1e-13  # last terms of the series, relative to the map
+DIGITS = 10  # of moduli that tell multipliers apart when they are sorted
+TINY = 1e-300  # modulus below which none is told from zero
 
 
 @lru_cache(maxsize=32)
@@ -89,7 +92,7 @@ class _Motion:
 class FloquetSolver:
     """Monodromy matrices and multipliers of orbits of one system, all modes."""
 
-    def __init__(self, system: ScaledSystem, truncation: float = 1e-13) -> None:
+    def __init__(self, system: ScaledSystem, truncation: float = TRUNCATION) -> None:
         self.system, self.truncation = system, truncation
         self.size = system.size
         self.has_loss = bool(system.loss.any())
@@ -264,8 +267,8 @@ def _coupled(system: ScaledSystem, moving: Index) -> Index:
 def sort_multipliers(values: Array) -> Array:
     """Largest modulus first, conjugates with the positive imaginary part first."""
     # to ten digits, relative to each: conjugates must not be told apart by round-off
-    sizes = np.log(np.maximum(np.abs(values), 1e-300))
-    keys = np.lexsort((-values.imag, -np.round(sizes, 10)), axis=-1)
+    sizes = np.log(np.maximum(np.abs(values), TINY))
+    keys = np.lexsort((-values.imag, -np.round(sizes, DIGITS)), axis=-1)
     return np.take_along_axis(values, keys, axis=-1)
 
 

@@ -16,6 +16,7 @@ from nanorom.types import Array
 
 TAYLOR_ORDER = 20
 MOST_INTERVALS = 4096
+ROUND_OFF = 1e-18  # of last terms that vanish
 
 
 @lru_cache(maxsize=64)
@@ -53,7 +54,7 @@ class Variation:
         while True:
             maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
             # the last terms fall with the order of the series
-            needed = intervals * (max(error, 1e-18) / self.truncation) ** (1.0 / TAYLOR_ORDER)
+            needed = intervals * (max(error, ROUND_OFF) / self.truncation) ** (1.0 / TAYLOR_ORDER)
             wanted = int(np.clip(np.ceil(1.05 * needed), 3, MOST_INTERVALS))
             if needed <= intervals or intervals == MOST_INTERVALS:
                 return maps, wanted
