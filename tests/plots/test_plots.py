@@ -1,3 +1,5 @@
+"""Pictures of models and responses show what their numbers say."""
+
 import attrs
 import matplotlib
 import numpy as np

@@ -1,3 +1,5 @@
+"""Responses of a model: levels in order, sound files, and levels that are not computed again."""
+
 import h5py
 import numpy as np
 import pytest
