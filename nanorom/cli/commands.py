@@ -107,8 +107,8 @@ def tune_command(options: argparse.Namespace) -> None:
 def info_command(options: argparse.Namespace) -> None:
     from nanorom.files import stored
 
-    kind = stored.kind_of(options.file)
-    print(stored.call(kind.text, stored.call(kind.load, options.file)))
+    kind, content = _load(options.file)
+    print(stored.call(kind.text, content))
 
 
 def respond_command(options: argparse.Namespace) -> None:
@@ -180,8 +180,7 @@ def plot_command(options: argparse.Namespace) -> None:
 
     directory = options.file.parent if options.output is None else options.output
     check_directory(directory)
-    kind = stored.kind_of(options.file)
-    content = stored.call(kind.load, options.file)
+    kind, content = _load(options.file)
     measured = None
     if options.data is not None:
         from nanorom.measurement.data import MeasuredResponse
@@ -195,6 +194,14 @@ def bench_command(options: argparse.Namespace) -> None:
     from nanorom.bench import command
 
     command.run(options.output, options.what or "speed", options.quick)
+
+
+def _load(path: Path) -> tuple[Any, Any]:
+    """The kind of a file and what it holds."""
+    from nanorom.files import stored
+
+    kind = stored.kind_of(path)
+    return kind, stored.call(kind.load, path)
 
 
 @contextmanager
