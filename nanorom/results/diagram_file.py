@@ -9,8 +9,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.continuation import Branch, Diagram, SpecialPoint
-from nanorom.continuation.orbits.bifurcations import SPECIAL_POINTS
+from nanorom.continuation import Branch, Diagram, SpecialPoint, Unexplored
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.errors import FileError
 from nanorom.files import hdf5
 from nanorom.files.schema import Item
@@ -32,7 +32,7 @@ BRANCH = {
     "multipliers": MULTIPLIERS,
 }
 POINTS = {
-    "type": Item("n", "", " | ".join(SPECIAL_POINTS), kind="name"),
+    "type": Item("n", "", " | ".join(KINDS), kind="name"),
     "omega": Item("n", "rad/s", "drive frequencies"),
     "branch": Item("n", "1", "numbers of the branches that they lie on, from 0"),
     "period_multiple": Item("n", "1", "periods of the drive in one of the orbit"),
@@ -40,10 +40,19 @@ POINTS = {
     "multipliers": MULTIPLIERS,
     "state": Item("n, 2L", "m, m/s", "(q, dq/dt) at phase 0 of the drive"),
 }
+UNEXPLORED = {
+    "kind": Item("n", "", "what was not followed, or not looked for", kind="name"),
+    "omega": Item("n", "rad/s", "drive frequency"),
+    "why": Item("n", "", "for what reason", kind="name"),
+}
 ORBITS = {"rows": ROWS, "coefficients": COEFFICIENTS}
 
 
-TABLES = {"level/K/branch/B": BRANCH | ORBITS, "level/K/special_points": POINTS | ORBITS}
+TABLES = {
+    "level/K/branch/B": BRANCH | ORBITS,
+    "level/K/special_points": POINTS | ORBITS,
+    "level/K/unexplored": UNEXPLORED,
+}
 
 
 def write_diagram(level: h5py.Group, diagram: Diagram, size: int) -> None:
@@ -59,7 +68,13 @@ def write_diagram(level: h5py.Group, diagram: Diagram, size: int) -> None:
             group.attrs[name] = NONE if index is None else index
         _write(group, BRANCH, {name: getattr(branch, name) for name in BRANCH})
         _write_orbits(group, branch.coefficients, size)
-    group, points = level.create_group("special_points"), diagram.special_points
+    _write_points(level.create_group("special_points"), diagram.special_points, size)
+    missing = diagram.unexplored
+    columns = {name: [getattr(each, name) for each in missing] for name in UNEXPLORED}
+    _write(level.create_group("unexplored"), UNEXPLORED, columns)
+
+
+def _write_points(group: h5py.Group, points: list[SpecialPoint], size: int) -> None:
     columns = {name: np.array([getattr(point, name) for point in points]) for name in POINTS}
     for name, item in POINTS.items():
         if len(item.axes) > 1:  # with no points, the second axis is lost
@@ -77,6 +92,7 @@ def read_diagram(level: h5py.Group, size: int) -> Diagram:
         special_points=_read_points(hdf5.group(level, "special_points"), size, count),
         direct=_level(level, "direct"),
         parametric=_level(level, "parametric"),
+        unexplored=_read_unexplored(level, size),
     )
 
 
@@ -96,7 +112,7 @@ def _read_branch(group: h5py.Group, size: int, count: int) -> Branch:
 
 def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoint]:
     for kind in hdf5.read_names(group, "type", None):
-        if kind not in SPECIAL_POINTS:
+        if kind not in KINDS:
             raise FileError(f"special_points: found type {kind!r}")
     columns = _read(group, POINTS, size)
     n, on = len(columns["type"]), columns["branch"]
@@ -106,6 +122,15 @@ def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoi
     for name in ("branch", "period_multiple"):
         columns[name] = [int(number) for number in columns[name]]
     return [SpecialPoint(**{name: c[i] for name, c in columns.items()}) for i in range(n)]
+
+
+def _read_unexplored(level: h5py.Group, size: int) -> list[Unexplored]:
+    """What was not explored; files of before say nothing of it."""
+    if "unexplored" not in level:
+        return []
+    columns = _read(hdf5.group(level, "unexplored"), UNEXPLORED, size)
+    rows = zip(columns["kind"], map(float, columns["omega"]), columns["why"])
+    return [Unexplored(kind=kind, omega=omega, why=why) for kind, omega, why in rows]
 
 
 def _write(group: h5py.Group, table: Mapping[str, Item], columns: Mapping[str, Any]) -> None:

@@ -225,6 +225,7 @@ def reduce_beam(scene: Scene) -> ReducedModel:
     The film is narrow: it is free to contract across, so E (not E/(1 - nu^2)) counts.
     """
     from nanorom.rom.model import ReducedModel
+    from nanorom.rom.patterns import unaimed
 
     geometry = _string(scene)
     material, h = scene.material, scene.plate.thickness
@@ -249,7 +250,7 @@ def reduce_beam(scene: Scene) -> ReducedModel:
     if scene.damping is not None:
         quality = np.array(scene.damping.per_mode(len(index)))
         damping = np.diag(2 * np.pi * frequency * mass / quality)
-    pressure = width * found.area[index]
+    direct, parametric = unaimed(width * found.area[index], width * found.slope[pick])
     return ReducedModel(
         frequency=frequency,
         mass=mass,
@@ -259,8 +260,8 @@ def reduce_beam(scene: Scene) -> ReducedModel:
         damping=damping,
         quadratic=np.zeros((len(index),) * 3),
         cubic=found.cubic[np.ix_(index, index, index, index)],
-        drive={"pressure": pressure},
-        parametric={"tension": -width * found.slope[pick], "paper": np.diag(pressure)},
+        drive=direct,
+        parametric=parametric,
         shapes=_strip(found, index, width),
         diagnostics={
             "asymmetry": 0.0,
