@@ -30,6 +30,8 @@ from nanorom.rom.arrays import (
 )
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
+from nanorom.scene.patterns import PARAMETRIC
+from nanorom.scene.patterns.pattern import ParametricPattern, Proportional
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -259,9 +261,13 @@ class ReducedModel:
     def patterns(
         self, direct: str = "pressure", parametric: str = "tension"
     ) -> tuple[Array, Array]:
-        """Force patterns J (L,) and P (L, L) by name; "paper" is P = diag(J) of Keskekler et al."""
+        """Force patterns J (L,) in N and P (L, L) in N/m per unit of the level, by name.
+
+        P of a pattern that is proportional to the direct one goes with the J that is asked for.
+        Raises ModelError if the model has no pattern of that name.
+        """
         j = _pattern("drive", self.drive, direct)
-        if parametric == "paper":
+        if issubclass(PARAMETRIC.get(parametric, ParametricPattern), Proportional):
             return j, np.diag(j)
         return j, _pattern("parametric", self.parametric, parametric)
 

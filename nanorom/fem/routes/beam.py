@@ -9,6 +9,7 @@ from nanorom.errors import SceneError
 from nanorom.fem.models import inertia
 from nanorom.fem.models.beam import Beam, BeamModes, modes
 from nanorom.rom.model import ReducedModel
+from nanorom.rom.patterns import unaimed
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import String
 from nanorom.scene.scene import Scene
@@ -43,7 +44,7 @@ def reduce_beam(scene: Scene) -> ReducedModel:
     if scene.damping is not None:
         quality = np.array(scene.damping.per_mode(len(index)))
         damping = np.diag(2 * np.pi * frequency * mass / quality)
-    pressure = width * found.area[index]
+    direct, parametric = unaimed(width * found.area[index], width * found.slope[pick])
     return ReducedModel(
         frequency=frequency,
         mass=mass,
@@ -53,8 +54,8 @@ def reduce_beam(scene: Scene) -> ReducedModel:
         damping=damping,
         quadratic=np.zeros((len(index),) * 3),
         cubic=found.cubic[np.ix_(index, index, index, index)],
-        drive={"pressure": pressure},
-        parametric={"tension": -width * found.slope[pick], "paper": np.diag(pressure)},
+        drive=direct,
+        parametric=parametric,
         shapes=_strip(found, index, width),
         diagnostics={
             "asymmetry": 0.0,

@@ -34,6 +34,7 @@ from nanorom.fem.tensors import amplitude as shellstep
 from nanorom.fem.tensors.shell_cases import ShellCases
 from nanorom.fem.tensors.step import check_potential
 from nanorom.rom.model import ReducedModel
+from nanorom.rom.patterns import unaimed
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -91,7 +92,7 @@ def reduce_shell(
     inertia = np.abs(np.diag(cases.linear) / np.diag(stiffness) - 1).max()
     quadratic = scales.tension / scales.length * result.quadratic
     cubic = scales.tension / scales.length**2 * result.cubic
-    pressure = scales.length**2 * area
+    direct, parametric = unaimed(scales.length**2 * area, slope)
     diagnostics: dict[str, Any] = {
         "asymmetry": result.asymmetry,
         "load_cases": result.n_cases,
@@ -115,8 +116,8 @@ def reduce_shell(
         damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
-        drive={"pressure": pressure},
-        parametric={"tension": -slope, "paper": np.diag(pressure)},
+        drive=direct,
+        parametric=parametric,
         shapes=Shapes(points * scales.length, cells, values[:-1]),
         static=static_state(scales.length * values[-1]),
         diagnostics=diagnostics,
