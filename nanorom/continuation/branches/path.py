@@ -21,6 +21,7 @@ LEAST_POINTS = 60  # on a branch, for a smooth picture; half as many where they 
 FEW_MODES = 4
 TAYLOR_SPACING = 2.0  # lengths of a Taylor series between two points
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
+MARGIN = 1e-3  # of a step at the ends of a path, where a bifurcation may be
 
 
 @dataclass(frozen=True)
@@ -95,10 +96,10 @@ class Path:
             count = max(count, -(-least // len(self.steps)))
             count = max(count, int(np.ceil((last - first) / (TAYLOR_SPACING * step.taylor))))
             if number == 0:
-                first += 1e-3 * (last - first)
+                first += MARGIN * (last - first)
             places += [Place(number, first + (last - first) * i / count) for i in range(count)]
         last_step = self.steps[-1]
-        margin = 1e-3 * (last_step.length - last_step.start)
+        margin = MARGIN * (last_step.length - last_step.start)
         return places + [Place(len(self.steps) - 1, last_step.length - margin)]
 
     def maps(self, places: list[Place]) -> tuple[Array, Array]:

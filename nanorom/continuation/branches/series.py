@@ -23,6 +23,7 @@ from nanorom.continuation.orbits.balance import BorderedFactors, HarmonicBalance
 from nanorom.types import Array, Numbers
 
 ORDER = 24
+REST = 1e-6  # size below which an orbit is at rest
 
 
 @dataclass(eq=False)
@@ -53,7 +54,7 @@ class Series:
         """The quotient for Taylor series (order + 1, n) and (order + 1,), as long as it is right to
         `tolerance`, relative to the orbit and to the rate.
         """
-        scale = max(float(np.abs(packed[0]).max(initial=0.0)), 1e-6)
+        scale = max(float(np.abs(packed[0]).max(initial=0.0)), REST)
         terms = np.column_stack([packed / scale, rates / rates[0]])
         below = denominator(terms)
         plain = reach(terms, np.ones(1), tolerance)

@@ -16,6 +16,10 @@ from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
+REST = 1e-9  # size below which an orbit is at rest
+SMALL = 1e-3  # size below which an orbit is to be right relative to itself, not to its frequency
+ASTRAY, DIVERGING = 1e3, 10.0  # times orbit and change before: corrections that lead nowhere
+
 
 def by_pair(tensor: Array) -> Array:
     """A tensor [j, k, ...], symmetric in j, k, to multiply the products q_j q_k of j <= k."""
@@ -185,12 +189,12 @@ class HarmonicBalance:
                 break
             x = x + self.basis.unpack(change[:-1])
             rate = rate + float(change[-1])
-            scale = max(float(np.abs(x).max(initial=0.0)), 1e-9)
+            scale = max(float(np.abs(x).max(initial=0.0)), REST)
             if abs(change[-1]) <= tolerance * rate and size <= tolerance * max(
-                scale, rate if scale > 1e-3 else scale
+                scale, rate if scale > SMALL else scale
             ):
                 return x, rate, factors
-            if size > 1e3 * max(scale, 1.0) or (size > 10 * previous and size > scale):
+            if size > ASTRAY * max(scale, 1.0) or (size > DIVERGING * previous and size > scale):
                 break
             previous = size
         raise NewtonFailure("no convergence of the harmonic balance")

@@ -28,6 +28,9 @@ from nanorom.types import Array
 TAYLOR_ORDER = 20
 BATCH_DOUBLES = 400_000
 MOST_INTERVALS = 4096
+TRUNCATION = 1e-13  # last terms of the series, relative to the map
+ROUND_OFF = 1e-18  # of last terms that vanish
+DIGITS = 10  # of moduli that tell multipliers apart when they are sorted
 
 
 @lru_cache(maxsize=32)
@@ -72,7 +75,7 @@ def _taylor_table(wide: int, intervals: int, half: bool) -> Array:
 class FloquetSolver:
     """Monodromy matrices and multipliers of orbits of one system, all modes."""
 
-    def __init__(self, system: ScaledSystem, truncation: float = 1e-13) -> None:
+    def __init__(self, system: ScaledSystem, truncation: float = TRUNCATION) -> None:
         self.system, self.truncation = system, truncation
         size = system.size
         self.size = size
@@ -162,7 +165,7 @@ class FloquetSolver:
         while True:
             maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
             # the last terms fall with the order of the series
-            needed = intervals * (max(error, 1e-18) / self.truncation) ** (1.0 / TAYLOR_ORDER)
+            needed = intervals * (max(error, ROUND_OFF) / self.truncation) ** (1.0 / TAYLOR_ORDER)
             wanted = int(np.clip(np.ceil(1.05 * needed), 3, MOST_INTERVALS))
             if needed <= intervals or intervals == MOST_INTERVALS:
                 return maps, wanted
@@ -237,7 +240,7 @@ class FloquetSolver:
 
 def sort_multipliers(values: Array) -> Array:
     """Largest modulus first, conjugates with the positive imaginary part first."""
-    keys = np.lexsort((-values.imag, -np.round(np.abs(values), 10)), axis=-1)
+    keys = np.lexsort((-values.imag, -np.round(np.abs(values), DIGITS)), axis=-1)
     return np.take_along_axis(values, keys, axis=-1)
 
 

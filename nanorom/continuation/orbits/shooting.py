@@ -27,6 +27,8 @@ TIME_ORDER = 24
 SMALL = 1e-14  # last terms of a segment, relative to the orbit
 MOST_SEGMENTS = 7000
 STEP_ANGLE = 1.5  # of the fastest mode within a segment
+CONVERGED = 1e-12  # of an orbit: the last change of Newton's method
+REST, TINY = 1e-9, 1e-300  # sizes of an orbit at rest, and of none
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +123,7 @@ class TaylorStepper:
             q[:, k + 2] = back[:, order - k - 2] = -(h**2) * force / ((k + 1) * (k + 2))
         weights = np.arange(order + 1.0)
         ends = np.concatenate([q.sum(axis=1), np.einsum("k,nkr->nr", weights, q) / h], axis=1)
-        error = float(np.abs(q[:, -2:]).max() / max(np.abs(q).max(), 1e-300))
+        error = float(np.abs(q[:, -2:]).max() / max(np.abs(q).max(), TINY))
         if tangent is None:
             return ends, None, error
         if friction is not None:
@@ -181,7 +183,7 @@ class Shooting:
         return Shot(float(np.abs(defects).max()), maps)
 
     def correct(
-        self, orbit: Orbit, tolerance: float = 1e-12, iterations: int = 10
+        self, orbit: Orbit, tolerance: float = CONVERGED, iterations: int = 10
     ) -> tuple[Array, Shot]:
         """Newton's method at fixed frequency: the state (2L,) at phase 0 and what shooting says of
         the orbit.
@@ -191,7 +193,7 @@ class Shooting:
             gaps, maps, _ = self._gaps(nodes, phases, duration, orbit.omega)
             change = _cyclic_solve(maps, gaps)
             nodes = nodes + change
-            if np.abs(change).max() < tolerance * max(np.abs(nodes).max(), 1e-9):
+            if np.abs(change).max() < tolerance * max(np.abs(nodes).max(), REST):
                 gaps, maps, _ = self._gaps(nodes, phases, duration, orbit.omega)
                 return nodes[0], Shot(float(np.abs(gaps).max()), maps)
         raise ContinuationError("shooting does not converge to a periodic orbit")
