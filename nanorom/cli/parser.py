@@ -109,7 +109,7 @@ def build_parser() -> argparse.ArgumentParser:
     sub.add_argument(
         "--unknowns",
         metavar="NAMES",
-        help="of tension, tension_x, tension_y, youngs_modulus, density (comma-separated)",
+        help="what to find, such as tension,density; an unknown name is answered with all",
     )
     sub.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and resonances.png"

@@ -1,17 +1,20 @@
 """Numerical continuation of small polynomial modal systems.
 
-Periodic orbits, stability and bifurcations.
+Periodic orbits and tori, stability and bifurcations.
 """
 
 from nanorom.continuation.branches.states import State, states
 from nanorom.continuation.curves.backbone import Backbone, backbone
 from nanorom.continuation.curves.locus import Locus, locus
-from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint
+from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.sweep import Sweep, sweep
 from nanorom.continuation.system import ModalSystem
+from nanorom.continuation.tori.follow import follow_torus
+from nanorom.continuation.tori.motion import QuasiPeriodic
+from nanorom.continuation.tori.torus import Torus, TorusPoint, TorusState
 
 __all__ = [
     "Backbone",
@@ -20,14 +23,20 @@ __all__ = [
     "Locus",
     "ModalSystem",
     "PeriodicOrbit",
+    "QuasiPeriodic",
     "SpecialPoint",
     "State",
     "Sweep",
+    "Torus",
+    "TorusPoint",
+    "TorusState",
+    "Unexplored",
     "add_isolas",
     "backbone",
     "explore",
     "explore_each",
     "explore_levels",
+    "follow_torus",
     "locus",
     "states",
     "sweep",

@@ -20,6 +20,7 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
 BITS = 43
+REAL = 1e-9  # imaginary part of a squared frequency that is round-off
 TENSORS = ("damping", "stiffness", "quadratic", "cubic", "cubic_damping")
 
 
@@ -190,7 +191,7 @@ class ModalSystem:
     def natural_frequencies_squared(self) -> Array:
         """Eigenvalues of M^-1 K, ascending (negative where they are not real and positive)."""
         values = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))
-        bad = np.abs(values.imag) > 1e-9 * np.abs(values)
+        bad = np.abs(values.imag) > REAL * np.abs(values)
         return np.sort(np.where(bad, -np.abs(values), values.real))
 
     @property
@@ -301,6 +302,14 @@ class ScaledSystem:
     @property
     def size(self) -> int:
         return len(self.force)
+
+    def given(self, motion: Array) -> Array:
+        """A motion (..., L) of these equations in the units of the model."""
+        return np.asarray(motion * self.amplitude)
+
+    def inner(self, motion: Array) -> Array:
+        """A motion (..., L) of the model in the units of these equations."""
+        return np.asarray(motion / self.amplitude)
 
     @property
     def nonlinear(self) -> bool:

@@ -80,13 +80,15 @@ def pose(
     rate = orbit.omega / orbit.period_multiple * film.time
     highest = _rung(REACH * rate * orbit.harmonics)
     dynamics = [film.dynamics(p, highest) for p in classes.deflections]
+    unit, stiff = film.units.force, film.scales.tension
     pushed = [
-        direct * forces.get(p, np.zeros(d.size)) for p, d in zip(classes.deflections, dynamics)
+        direct / unit * forces.get(p, np.zeros(d.size))
+        for p, d in zip(classes.deflections, dynamics)
     ]
     modulated = None
     if parametric:
         modulated = [
-            parametric * drives.modulation(film, drive, p) for p in classes.deflections
+            parametric / stiff * drives.modulation(film, drive, p) for p in classes.deflections
         ]
     assert film.scene.damping is not None
     equations = OrbitEquations(

@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.continuation.branches.path import Path
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
-from nanorom.continuation.orbits.bifurcations import CONFIRMED, critical_distance, test_value
+from nanorom.continuation.orbits.bifurcations import CONFIRMED, FOLD, Kind, critical_value
 from nanorom.continuation.orbits.floquet import FloquetSolver
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
 from nanorom.continuation.orbits.shooting import Shooting
@@ -26,6 +26,8 @@ HOPELESS = 1e-2  # distance of the critical multiplier that no better expansion 
 SAME = 1e-9  # of a frequency
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
+CORRECTED = 1e-10  # of the orbit: the last change of Newton's method
+FIRST_SECANT, LAST_SECANT, SECANTS = 1e-3, 1e-7, 8  # of the window: changes; most of them
 ROUNDS = 6  # of expansions at a point, each nearer to it
 WINDOW = 0.2  # of the step in which the point was found
 
@@ -34,14 +36,14 @@ WINDOW = 0.2  # of the step in which the point was found
 class Polished:
     """A confirmed special point: the orbit and its multipliers (2L,) over the whole period."""
 
-    type: str
+    kind: Kind
     orbit: Orbit
     multipliers: Array
 
     def is_same(self, other: Polished) -> bool:
         """Whether two places on a path led to one point."""
         near = abs(self.orbit.omega - other.orbit.omega) < SAME * self.orbit.omega
-        return self.type == other.type and near and same_orbit(self.orbit, other.orbit)
+        return self.kind is other.kind and near and same_orbit(self.orbit, other.orbit)
 
 
 def polish(
@@ -55,16 +57,16 @@ def polish(
     for _ in range(ROUNDS):
         try:
             nearby = _expand_again(tracer, series, a - shift)
-            series, a = nearby, _zero(detected.type, nearby, floquet, tracer, window, shift)
+            series, a = nearby, _zero(detected.kind, nearby, floquet, tracer, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
-            if shift or detected.type == "LP":
+            if shift or detected.kind is FOLD:
                 return None
             shift = ASIDE * window
             continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
-        distance = critical_distance(detected.type, shot.multipliers)
+        distance = detected.kind.distance(shot.multipliers)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
         # where multipliers change fast, or meet, less than the defect allowed makes them differ
@@ -72,7 +74,7 @@ def polish(
             break
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
-    return Polished(detected.type, orbit, shot.multipliers)
+    return Polished(detected.kind, orbit, shot.multipliers)
 
 
 def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
@@ -83,13 +85,13 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
     x, rate = series.at(a)
     x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
     larger, expansion = tracer.pair(harmonics)
-    x, rate, factors = larger.correct(x, rate, border, 1e-10)
+    x, rate, factors = larger.correct(x, rate, border, CORRECTED)
     packed, rates = expansion.expand(x, rate, factors)
     return Series.from_terms(larger, packed, rates, DIVERGED)
 
 
 def _zero(
-    kind: str,
+    kind: Kind,
     series: Series,
     floquet: FloquetSolver,
     tracer: Tracer,
@@ -97,7 +99,7 @@ def _zero(
     around: float,
 ) -> float:
     """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
-    if kind == "LP":
+    if kind is FOLD:
         roots = series.folds(-window, window)
         if not roots:
             raise ContinuationError("no fold in the neighbourhood")
@@ -105,13 +107,13 @@ def _zero(
 
     symmetric = floquet.signs(tracer.support) is not None
 
-    test = test_value(kind, symmetric)
+    test = critical_value(kind, symmetric)
 
     def critical(points: list[float]) -> list[float]:
         if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
-        _, eigenvalues = floquet.monodromy(
+        _, eigenvalues = floquet.maps(
             np.stack([orbit.coefficients for orbit in orbits]),
             np.array([orbit.rate for orbit in orbits]),
             tracer.period_multiple,
@@ -120,14 +122,14 @@ def _zero(
         slopes = [series.rate_slope(a) for a in points]
         return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 
-    step = 1e-3 * window
+    step = FIRST_SECANT * window
     a, (here, there) = around, critical([around, around + step])
     slope = (there - here) / step
-    for _ in range(8):
+    for _ in range(SECANTS):
         change = -here / slope if slope else np.inf
         if abs(a + change - around) > window:
             raise ContinuationError("no zero in the neighbourhood")
-        if abs(change) < 1e-7 * window:  # the secant's next change is its square
+        if abs(change) < LAST_SECANT * window:  # the secant's next change is its square
             return a + change
         before, a = here, a + change
         here = critical([a])[0]
