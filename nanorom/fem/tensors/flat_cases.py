@@ -37,6 +37,7 @@ class FlatCases:
     """Nonlinear static equilibrium of a flat film under prescribed deflections w = Phi q."""
 
     odd = True  # the force of -w is minus that of w: a film without curvature does not tell sides
+    polynomial = True
     most_columns = MOST_COLUMNS
 
     def __init__(self, modes: Modes, in_plane: str = "free") -> None:
@@ -51,6 +52,16 @@ class FlatCases:
         if in_plane == "free":
             self._assembled = algebra.assemble(self.plate.compiled(self.plate.in_plane_form))
         self.displacement: ByParity = {}
+
+    @property
+    def parities(self) -> list[Parity]:
+        """Classes of symmetry of the modes."""
+        return self.modes.parities
+
+    @property
+    def key(self) -> str:
+        """Tells modes and mesh from those of other cases."""
+        return self.modes.key
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""

@@ -11,13 +11,15 @@ import ufl
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import algebra, compat, groups
+from nanorom.fem.symmetry import Parity
 from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors.cases import Cases
 from nanorom.fem.tensors.equilibrium import Equilibrium
 from nanorom.fem.tensors.flat_cases import FlatCases
 from nanorom.fem.tensors.inplane import InPlane
 
 
-def static_cases(modes: Modes, in_plane: str) -> FlatCases | StaticCases:
+def static_cases(modes: Modes, in_plane: str = "free") -> Cases:
     """The way to solve load cases that a film allows: a flat one takes all of them at once."""
     plate = modes.plate
     if plate.shape is None and plate.attraction is None:
@@ -30,6 +32,10 @@ class StaticCases:
 
     The plate has no mirrors: a load case may mix modes of any parity.
     """
+
+    odd = False
+    polynomial = True  # but for what a gate adds, which is small where the expansion holds
+    most_columns = 8
 
     def __init__(self, modes: Modes, in_plane: str = "free") -> None:
         plate = modes.plate
@@ -48,8 +54,15 @@ class StaticCases:
             tangent = _Reaction(plate, plate.tangent_energy(plate.u, plate.w), in_plane)
             self._tangent = np.column_stack([tangent.solve(w) for w in modes.shapes.T])
 
-    odd = False
-    most_columns = 8  # load cases between which a journal is kept
+    @property
+    def parities(self) -> list[Parity]:
+        """Classes of symmetry of the modes."""
+        return self.modes.parities
+
+    @property
+    def key(self) -> str:
+        """Tells modes and mesh from those of other cases."""
+        return self.modes.key
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""
