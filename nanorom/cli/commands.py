@@ -155,7 +155,8 @@ def export_command(options: argparse.Namespace) -> None:
 def identify_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_directory, make_directory
     from nanorom.measurement.data import Resonances
-    from nanorom.measurement.identify import USUAL, identify
+    from nanorom.measurement.identify import identify
+    from nanorom.measurement.unknowns import USUAL
     from nanorom.report import text as report
     from nanorom.scene.scene import Scene
 
