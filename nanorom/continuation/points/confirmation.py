@@ -113,7 +113,7 @@ def _zero(
         if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
-        _, eigenvalues = floquet.monodromy(
+        _, eigenvalues = floquet.maps(
             np.stack([orbit.coefficients for orbit in orbits]),
             np.array([orbit.rate for orbit in orbits]),
             tracer.period_multiple,
