@@ -117,7 +117,10 @@ class Reduction:
 
 @attrs.frozen
 class Accuracy:
-    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand."""
+    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
+
+    tolerance: relative, of frequencies and tensors; mesh_size: in m.
+    """
 
     tolerance: float | None = v.quantity(
         "accuracy.tolerance", "1", v.within(1e-14, 1), default=None

@@ -34,7 +34,7 @@ AXIS = r"(?:\.\.\.|\d*[A-Za-z]{0,2}\d*(?: [-+*] \d*[A-Za-z]{0,2})?)"
 SHAPE = re.compile(rf"\({AXIS}(?:, ?{AXIS})*,?\)")
 UNIT = re.compile(
     r"\b(m|Hz|N|kg|s|Pa|rad|W|V|J|dBm|nm)\b"
-    r"|\b(SI|units?|multiples?|relative|dimensionless|ratio|factor|fraction|share|degrees?)\b"
+    r"|\b(SI|(?i:units?|multiples?|relative|dimensionless|ratio|factor|fraction|share|radians?))\b"
 )
 LEAST = 100  # objects: fewer, and the search has stopped to find them
 
