@@ -11,6 +11,7 @@ from nanorom.continuation.branches.start import first_orbit, fixed_rate, follow_
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import Node, Record
+from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import forced_support, full_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, same_orbit
 from nanorom.continuation.points.switching import Bifurcation, Start
@@ -78,7 +79,7 @@ def explore(
     settings = Settings(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
-    scaled = system.scaled(direct, parametric)
+    scaled = with_symmetries(system.scaled(direct, parametric))
     explorer = _Explorer(Record(scaled, (low, high), settings), (direct, parametric))
     return explorer.run(seeds) if known is None else explorer.extend(known, seeds)
 

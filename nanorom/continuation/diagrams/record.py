@@ -186,7 +186,7 @@ class Record:
             omega = np.array([point.omega for point in points]) * self.scaled.frequency
             amplitude = np.array([shooting.amplitudes(point) for point in points])
             branch.omega = np.append(branch.omega, omega)
-            branch.amplitude = np.vstack([branch.amplitude, amplitude * self.scaled.amplitude])
+            branch.amplitude = np.vstack([branch.amplitude, amplitude])
             branch.multipliers = np.vstack([branch.multipliers, multipliers])
             branch.stable = np.append(branch.stable, np.abs(multipliers[:, 0]) < 1.0)
             branch.coefficients += [self.scaled.given(orbit.coefficients) for orbit in orbits]

@@ -39,6 +39,7 @@ class Polished:
     kind: Kind
     orbit: Orbit
     multipliers: Array
+    multiplicity: int = 1
 
     def is_same(self, other: Polished) -> bool:
         """Whether two places on a path led to one point."""
@@ -57,7 +58,7 @@ def polish(
     for _ in range(ROUNDS):
         try:
             nearby = _expand_again(tracer, series, a - shift)
-            series, a = nearby, _zero(detected.kind, nearby, floquet, tracer, window, shift)
+            series, a = nearby, _zero(detected, nearby, floquet, tracer, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
             if shift or detected.kind is FOLD:
@@ -66,7 +67,7 @@ def polish(
             continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
-        distance = detected.kind.distance(shot.multipliers)
+        distance = detected.kind.distance(shot.multipliers, detected.multiplicity)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
         # where multipliers change fast, or meet, less than the defect allowed makes them differ
@@ -74,7 +75,7 @@ def polish(
             break
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
-    return Polished(detected.kind, orbit, shot.multipliers)
+    return Polished(detected.kind, orbit, shot.multipliers, detected.multiplicity)
 
 
 def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
@@ -91,7 +92,7 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
 
 
 def _zero(
-    kind: Kind,
+    detected: Detected,
     series: Series,
     floquet: FloquetSolver,
     tracer: Tracer,
@@ -99,7 +100,7 @@ def _zero(
     around: float,
 ) -> float:
     """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
-    if kind is FOLD:
+    if detected.kind is FOLD:
         roots = series.folds(-window, window)
         if not roots:
             raise ContinuationError("no fold in the neighbourhood")
@@ -107,7 +108,7 @@ def _zero(
 
     symmetric = floquet.signs(tracer.support) is not None
 
-    test = critical_value(kind, symmetric)
+    test = critical_value(detected.kind, symmetric, detected.multiplicity)
 
     def critical(points: list[float]) -> list[float]:
         if max(abs(a) for a in points) > series.length:

@@ -20,8 +20,10 @@ from nanorom.continuation.orbits.bifurcations import (
     Kind,
     conditions,
     crossed_kind,
+    outside,
     test_function,
 )
+from nanorom.continuation.points.crossings import crossings
 from nanorom.types import Array, Numbers
 
 ROUNDS = 8
@@ -50,12 +52,14 @@ WITHIN = 0.9  # of the way to the neighbours
 class Detected:
     """A special point of a path, before it is polished and confirmed.
 
-    bracket: condition and points around a place that is estimated only.
+    bracket: condition and points around a place that is estimated only; multiplicity: how many
+    multipliers (or pairs) are critical at once.
     """
 
     kind: Kind
     place: Place
     bracket: tuple[Condition, Place, Place] | None = None
+    multiplicity: int = 1
 
 
 class Detector:
@@ -92,7 +96,25 @@ class Detector:
         found = self._folds()
         for condition in self.conditions:
             found += self._roots(condition)
+        found += self._uncounted(found)
         return sorted(found, key=lambda point: self.path.position(point.place))
+
+    def _uncounted(self, found: list[Detected]) -> list[Detected]:
+        """What crosses the circle between neighbours beside the points found there."""
+        counts = outside(self.eigenvalues)
+        places = np.array([self.path.position(point.place) for point in found])
+        missed: list[Detected] = []
+        for i in np.flatnonzero(np.diff(counts)):
+            ends = float(self.positions[i]), float(self.positions[i + 1])
+            inside = np.flatnonzero((places >= ends[0]) & (places <= ends[1]))
+            crossed = sum(found[j].kind.multipliers for j in inside)
+            if abs(counts[i + 1] - counts[i]) <= crossed:
+                continue
+            for kind, place, multiplicity in crossings(
+                self.path, ends, self.eigenvalues[i : i + 2]
+            ):
+                missed.append(Detected(kind, place, multiplicity=multiplicity))
+        return missed
 
     def _insert(self, places: list[Place]) -> bool:
         """Evaluate new places, unless they are there already."""
