@@ -20,6 +20,9 @@ from nanorom.types import Array
 EQUAL = 1e-9  # relative difference of squared frequencies below which two modes are a pair
 ROUND_OFF = 1e-13  # of the largest entry: what a change of coordinates leaves of a zero
 MOST_MODES = 62  # bits of a row of equations for the signs
+ON_A_LINE = 1e-6  # of a motion: its extent across its line
+PLACES = 5  # at which forces are compared
+INVARIANT = 1e-9  # of the forces: what a symmetric system may change by
 SAMPLES = 16  # of a circle: terms up to the fourth order, exactly
 UNCOUPLED = 1e-9  # of the stiffness: off its diagonal, the coordinates are not normal ones
 
@@ -32,7 +35,7 @@ def with_symmetries(system: ScaledSystem) -> ScaledSystem:
     turned = _turned(system, _normal_modes(system))
     if (count := sign_symmetries(turned)) > most:
         best, most = turned, count
-    for pair in _pairs(best):
+    for pair in pairs(best):
         for matrix in _axes(best, pair):
             turned = _turned(best, matrix)
             if (count := sign_symmetries(turned)) > most:
@@ -57,6 +60,52 @@ def sign_symmetries(system: ScaledSystem) -> int:
     return system.size + 1 - _rank(rows)
 
 
+def generators(system: ScaledSystem) -> list[Array]:
+    """Generators (L, L) of rotations of pairs that leave the equations as they are.
+
+    They are sought among all joint rotations of pairs of equal frequency: of each, the part of the
+    force that changes is linear in the generator, and a polynomial that vanishes at random places
+    vanishes.
+    """
+    found = pairs(system)
+    if not found:
+        return []
+    turns = np.zeros((len(found), system.size, system.size))
+    for number, (a, b) in enumerate(found):
+        turns[number, a, b], turns[number, b, a] = -1.0, 1.0
+    random = np.random.default_rng(0)
+    places = random.standard_normal((PLACES, 2, system.size))
+    changes = np.array([[_change(system, turn, q, v) for q, v in places] for turn in turns])
+    flat = changes.reshape(len(found), -1)
+    sizes, vectors = np.linalg.eigh(flat @ flat.T)
+    scale = max(float(np.abs(_forces(system, *places[0])).max()), 1.0) ** 2 * flat.shape[1]
+    return [
+        np.tensordot(vector, turns, axes=1)
+        for size, vector in zip(sizes, vectors.T)
+        if size < INVARIANT**2 * scale
+    ]
+
+
+def _forces(system: ScaledSystem, q: Array, v: Array) -> Array:
+    """The forces (3, L): of the motion, of the drive, of the parametric drive."""
+    products = np.outer(q, q)
+    own = system.stiffness @ q + system.damping @ v
+    own = own + np.einsum("rjk,jk->r", system.quadratic, products)
+    own = own + np.einsum("rjkl,jk,l->r", system.cubic, products, q, optimize=True)
+    own = own + np.einsum("rkjl,jl,k->r", system.loss, products, v, optimize=True)
+    return np.stack([own, system.force, system.parametric @ q])
+
+
+def _change(system: ScaledSystem, turn: Array, q: Array, v: Array) -> Array:
+    """How the forces at turned places differ from turned forces, to first order (exactly, for a
+    cubic, by central differences of four places).
+    """
+    slope = np.zeros((3, system.size))
+    for step, weight in ((1.0, 8 / 12), (-1.0, -8 / 12), (2.0, -1 / 12), (-2.0, 1 / 12)):
+        slope += weight * _forces(system, q + step * turn @ q, v + step * turn @ v)
+    return np.asarray(slope - _forces(system, q, v) @ turn.T)
+
+
 def _rank(rows: set[int]) -> int:
     """Rank over the field of two elements."""
     pivots: dict[int, int] = {}
@@ -73,7 +122,7 @@ def _rank(rows: set[int]) -> int:
 def _may_gain(system: ScaledSystem) -> bool:
     stiffness = system.stiffness
     off = np.abs(stiffness - np.diag(np.diag(stiffness))).max()
-    return bool(off > UNCOUPLED * np.abs(stiffness).max()) or bool(_pairs(system))
+    return bool(off > UNCOUPLED * np.abs(stiffness).max()) or bool(pairs(system))
 
 
 def _normal_modes(system: ScaledSystem) -> Array:
@@ -86,11 +135,23 @@ def _normal_modes(system: ScaledSystem) -> Array:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=0))
 
 
-def _pairs(system: ScaledSystem) -> list[tuple[int, int]]:
+def wave(system: ScaledSystem, coefficients: Array) -> str:
+    """Whether the largest motion (2H + 1, L) of a pair of equal frequency is along a line
+    ("standing") or not ("travelling"); "" of systems without such pairs, and at rest.
+    """
+    motions = [coefficients[:, list(pair)] for pair in pairs(system)]
+    if not motions or not np.any(motions):
+        return ""
+    largest = max(motions, key=lambda motion: float(np.abs(motion).max()))
+    sizes = np.linalg.svd(largest, compute_uv=False)
+    return "standing" if sizes[1] < ON_A_LINE * sizes[0] else "travelling"
+
+
+def pairs(system: ScaledSystem, equal: float = EQUAL) -> list[tuple[int, int]]:
     """Coordinates of equal frequency that the stiffness does not couple to others."""
     squares = np.diag(system.stiffness)
     order = np.argsort(squares, kind="stable")
-    near = np.abs(np.diff(squares[order])) < EQUAL * np.abs(squares[order][1:])
+    near = np.abs(np.diff(squares[order])) < equal * np.abs(squares[order][1:])
     return [(int(a), int(b)) for a, b in zip(order[:-1][near], order[1:][near])]
 
 

@@ -16,17 +16,24 @@ from nanorom.continuation.orbits.bifurcations import Kind, critical_at, outside
 from nanorom.types import Array, Numbers
 
 PARTS = 8  # that an interval is cut into
-RESOLVED = 1e-9  # of an interval: crossings closer to each other count as one
+BESIDE = 1e-3  # of an interval: how near to a known crossing others are not looked for
+RESOLVED = 1e-9  # of an interval: crossings closer to each other are taken for one at first
 
 
 def crossings(
-    path: Path, ends: tuple[float, float], eigenvalues: Sequence[Numbers]
+    path: Path, ends: tuple[float, float], eigenvalues: Sequence[Numbers], known: Array
 ) -> Iterator[tuple[Kind, Place, int]]:
     """Kind, place and multiplicity of what crosses between two arc lengths, in order.
 
-    eigenvalues : (2L,) at both ends
+    eigenvalues : (2L,) at both ends; known : places between them (m,) of other crossings
     """
-    yield from _within(path, np.array(ends), np.stack(eigenvalues), RESOLVED * (ends[1] - ends[0]))
+    length = ends[1] - ends[0]
+    edges = np.clip((known[:, None] + [-BESIDE * length, BESIDE * length]).ravel(), *ends)
+    values = [eigenvalues[0], *path.maps([path.place(x) for x in edges])[1], eigenvalues[1]]
+    positions = np.concatenate([ends[:1], edges, ends[1:]])
+    for i in range(0, len(positions) - 1, 2):
+        part = slice(i, i + 2)
+        yield from _within(path, positions[part], np.stack(values[part]), RESOLVED * length)
 
 
 def _within(

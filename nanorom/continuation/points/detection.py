@@ -23,6 +23,7 @@ from nanorom.continuation.orbits.bifurcations import (
     outside,
     test_function,
 )
+from nanorom.continuation.orbits.coordinates import pairs
 from nanorom.continuation.points.crossings import crossings
 from nanorom.types import Array, Numbers
 
@@ -40,6 +41,7 @@ LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 ESTIMATED = 1e-3  # of an interval: interpolated roots
 ROUND_OFF = 1e-12  # of a place within a step
 APART = 1e-6  # of an average step: places closer than that are one
+NEARLY_EQUAL = 1e-3  # squared frequencies, relative: their multipliers may cross together
 MANY = 0.2  # of the points: so many poor ones are mended before anything else is looked for
 LOGS, STEEP = 600.0, 50.0  # logarithms whose exponentials are still numbers, and of use
 LEAST_GAIN = 0.3  # of a sample, by which the vertex of a parabola must lie below it
@@ -78,6 +80,7 @@ class Detector:
         self.positions = np.empty(0)
         self.maps = np.empty((0, size, size))
         self.eigenvalues = np.empty((0, size), dtype=complex)
+        self.paired = bool(pairs(path.tracer.system, NEARLY_EQUAL))
         self.conditions = conditions(path.tracer.system.size)
         self._between: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
         self._left_out: dict[tuple[float, ...], float] = {}
@@ -104,16 +107,15 @@ class Detector:
         counts = outside(self.eigenvalues)
         places = np.array([self.path.position(point.place) for point in found])
         missed: list[Detected] = []
-        for i in np.flatnonzero(np.diff(counts)):
+        for i in range(len(counts) - 1):
             ends = float(self.positions[i]), float(self.positions[i + 1])
             inside = np.flatnonzero((places >= ends[0]) & (places <= ends[1]))
             crossed = sum(found[j].kind.multipliers for j in inside)
-            if abs(counts[i + 1] - counts[i]) <= crossed:
-                continue
-            for kind, place, multiplicity in crossings(
-                self.path, ends, self.eigenvalues[i : i + 2]
-            ):
-                missed.append(Detected(kind, place, multiplicity=multiplicity))
+            change = abs(counts[i + 1] - counts[i])
+            if change > crossed or (crossed and self.paired):
+                values = self.eigenvalues[i], self.eigenvalues[i + 1]
+                others = crossings(self.path, ends, values, np.sort(places[inside]))
+                missed += [Detected(kind, place, multiplicity=m) for kind, place, m in others]
         return missed
 
     def _insert(self, places: list[Place]) -> bool:
