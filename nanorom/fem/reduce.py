@@ -11,11 +11,11 @@ from mpi4py import MPI
 
 from nanorom.errors import AccuracyWarning
 from nanorom.fem.models import inertia, initial_shape
-from nanorom.fem.models.beam import reduce_beam
 from nanorom.fem.output import patterns
 from nanorom.fem.output.model import modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes import shell
+from nanorom.fem.routes.beam import reduce_beam
 from nanorom.fem.routes.plate import Solution, check_uncoupled, on_triangulation, solve, viscous
 from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import Team, memory, split

@@ -123,10 +123,11 @@ def level_facts(response: Response) -> list[tuple[str, str]]:
 
 def identification_text(found: Identification) -> str:
     """What the measured resonances tell of a film, and how well they are fitted."""
-    from nanorom.measurement.identify import CONFIDENCE, UNITS
+    from nanorom.measurement.identify import CONFIDENCE
+    from nanorom.measurement.unknowns import UNKNOWNS
 
     values = [
-        (name, f"{value:.6g}", _interval(found.interval[name]), UNITS[name])
+        (name, f"{value:.6g}", _interval(found.interval[name]), UNKNOWNS[name].unit)
         for name, value in found.value.items()
     ]
     lines = [

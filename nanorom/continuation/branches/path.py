@@ -107,12 +107,12 @@ class Path:
         return places + [Place(len(self.steps) - 1, last_step.length - margin)]
 
     def maps(self, places: list[Place]) -> tuple[Array, Array]:
-        """Monodromy matrices (n, 2L, 2L) and their eigenvalues (n, 2L); over half a period, with
-        the symmetry applied, if the path is symmetric.
+        """Monodromy matrices (n, d), their independent parts flattened, and their eigenvalues (n,
+        2L); over half a period, with the symmetry applied, if the path is symmetric.
         """
         orbits = [self.orbit(place) for place in places]
         size = 2 * self.tracer.system.size
-        result = np.empty((len(places), size, size))
+        result = np.empty((len(places), self.entries))
         eigenvalues = np.empty((len(places), size), dtype=complex)
         rows = np.array([len(orbit.coefficients) for orbit in orbits])
         for count in np.unique(rows):
@@ -122,6 +122,12 @@ class Path:
             )
         return result, eigenvalues
 
+    @property
+    def entries(self) -> int:
+        """Number of entries d of the matrices of `maps`."""
+        whole = (2 * self.tracer.system.size) ** 2
+        return whole if self.generators else self.floquet.entries(self.tracer.support)
+
     def monodromy(self, orbits: Sequence[Orbit], floquet: FloquetSolver) -> tuple[Array, Numbers]:
         """As `maps`, for orbits of one number of harmonics.
 
@@ -130,19 +136,25 @@ class Path:
         """
         coefficients = np.stack([orbit.coefficients for orbit in orbits])
         rates = np.array([orbit.rate for orbit in orbits])
-        maps, eigenvalues = floquet.monodromy(
-            coefficients, rates, self.tracer.period_multiple, self.tracer.support
-        )
+        given = coefficients, rates, self.tracer.period_multiple, self.tracer.support
         if not self.generators:
-            return maps, eigenvalues
+            return floquet.maps(*given)
+        maps = floquet.monodromy(*given)[0]
         states = np.array([orbit_state(orbit) for orbit in orbits])
         for turn in self.generators:
-            both = np.kron(np.eye(2), turn)
-            along = states @ both.T
+            along = states @ np.kron(np.eye(2), turn).T
             along /= np.linalg.norm(along, axis=1)[:, None]
             factor = np.einsum("ni,nij,nj->n", along, maps, along)
             maps = maps - factor[:, None, None] * along[:, :, None] * along[:, None, :]
-        return maps, np.linalg.eigvals(maps).astype(complex)
+        flat = maps.reshape(len(maps), -1)
+        return flat, self.eigenvalues(flat)
+
+    def eigenvalues(self, maps: Array) -> Numbers:
+        """Eigenvalues (n, 2L) of matrices (n, d) as `maps` returns them."""
+        if not self.generators:
+            return self.floquet.eigenvalues(maps, self.tracer.support)
+        size = 2 * self.tracer.system.size
+        return np.linalg.eigvals(maps.reshape(-1, size, size)).astype(complex)
 
     def turned_by(self, generators: Sequence[Array]) -> None:
         """Take note of the rotations that turn its orbits into others."""

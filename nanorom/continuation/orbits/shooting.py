@@ -15,9 +15,9 @@ import numpy as np
 from scipy.sparse import block_diag, eye, kron
 from scipy.sparse.linalg import splu
 
-from nanorom.continuation.orbits.balance import by_pair
 from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
 from nanorom.continuation.orbits.orbit import Orbit
+from nanorom.continuation.orbits.pairs import moving_modes
 from nanorom.continuation.orbits.product import product_eigenvalues
 from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
@@ -61,13 +61,11 @@ class TaylorStepper:
         self.system, self.order = system, order
         size = system.size
         # matrices [l, r] of the force G(q) q, linear in q_j q_k of j <= k, or in q_j
-        self.cubic = by_pair(system.cubic.transpose(2, 3, 1, 0))
-        self.loss = by_pair(system.loss.transpose(2, 3, 1, 0))
+        moving = moving_modes(system, np.arange(size))
+        self.cubic, self.loss = moving.cubic, moving.loss
         self.quadratic = np.ascontiguousarray(system.quadratic.transpose(1, 2, 0)).reshape(
             size, size * size
         )
-        first, second = np.triu_indices(size)
-        self.upper = first * size + second
         self.has_quadratic, self.has_loss = bool(self.quadratic.any()), bool(self.loss.any())
         frequencies = np.sqrt(np.abs(np.linalg.eigvals(system.stiffness)))
         self.fastest = float(frequencies.max())
@@ -95,9 +93,9 @@ class TaylorStepper:
         for k in range(order - 1):
             factor = (omega * duration) ** k / float(_factorial(k))
             drive = factor * np.cos(phase + k * np.pi / 2)
-            pairs = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
-            pairs = pairs.reshape(n, -1)[:, self.upper]
-            cubic = (pairs @ self.cubic).reshape(n, size, size)
+            squares = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
+            squares = squares.reshape(n, -1)
+            cubic = self.cubic.of_squares(squares).reshape(n, size, size)
             linear = -drive[:, None, None] * parametric
             if k == 0:
                 linear = linear + stiffness
@@ -116,7 +114,7 @@ class TaylorStepper:
             speed = (k + 1) * q[:, k + 1] / h
             force += speed @ system.damping.T
             if friction is not None:
-                friction[:, k] = (pairs @ self.loss).reshape(n, size, size)
+                friction[:, k] = self.loss.of_squares(squares).reshape(n, size, size)
                 speeds = back[:, order - k - 1 : order] * np.arange(k + 1, 0, -1.0)[:, None]
                 loss = friction[:, : k + 1].reshape(n, -1, size)
                 force += np.matmul((speeds / h[:, :, None]).reshape(n, 1, -1), loss)[:, 0]

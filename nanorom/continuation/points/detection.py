@@ -78,7 +78,7 @@ class Detector:
         size = 2 * path.tracer.system.size
         self.places: list[Place] = []
         self.positions = np.empty(0)
-        self.maps = np.empty((0, size, size))
+        self.maps = np.empty((0, path.entries))
         self.eigenvalues = np.empty((0, size), dtype=complex)
         self.paired = bool(pairs(path.tracer.system, NEARLY_EQUAL))
         self.conditions = conditions(path.tracer.system.size)
@@ -147,10 +147,10 @@ class Detector:
         fresh = [i for i in range(count) if keys[i] not in self._left_out]
         if fresh:
             maps = [
-                np.tensordot(_lagrange(s[near], s[i : i + 1])[0], self.maps[near], axes=1)
+                _lagrange(s[near], s[i : i + 1])[0] @ self.maps[near]
                 for i, near in ((i, stencils[i]) for i in fresh)
             ]
-            errors = _apart(self.eigenvalues[fresh], np.linalg.eigvals(np.array(maps)))
+            errors = _apart(self.eigenvalues[fresh], self.path.eigenvalues(np.array(maps)))
             self._left_out.update({keys[i]: error for i, error in zip(fresh, errors)})
         poor = [i for i in range(count) if self._left_out[keys[i]] > LEAVE_ONE_OUT]
         return [
@@ -213,7 +213,7 @@ class Detector:
         for _ in range(LEVELS):
             length = length / SAMPLES
             places = start[:, None] + length[:, None] * np.arange(1, SAMPLES)
-            values = np.linalg.eigvals(self._maps_at(number, places))
+            values = self.path.eigenvalues(self._maps_at(number, places))
             values = values.reshape(*places.shape, -1).astype(complex)
             found.append((number.repeat(SAMPLES - 1), places.ravel(), values))
             chain = np.concatenate([ends[:, :1], values, ends[:, 1:]], axis=1)
@@ -234,15 +234,13 @@ class Detector:
 
     def _maps_at(self, numbers: Array, places: Array) -> Array:
         """Interpolated maps at places (n, m), each row after the point of that number."""
-        size = self.maps.shape[-1]
-        result = np.empty((*places.shape, size, size))
+        result = np.empty((*places.shape, self.maps.shape[1]))
         for i in np.unique(numbers):
             rows = numbers == i
             near = _stencil(self.positions, i + 0.5, STENCIL)
             weights = _lagrange(self.positions[near], places[rows].ravel())
-            maps = weights @ self.maps[near].reshape(len(near), -1)
-            result[rows] = maps.reshape(-1, places.shape[1], size, size)
-        return result.reshape(-1, size, size)
+            result[rows] = (weights @ self.maps[near]).reshape(-1, *result.shape[1:])
+        return result.reshape(-1, result.shape[-1])
 
     def _folds(self) -> list[Detected]:
         found = []
@@ -284,7 +282,7 @@ class Detector:
 
         def value(position: float) -> float:
             weights = _lagrange(s[near], np.array([position]))[0]
-            eigenvalues = np.linalg.eigvals(np.tensordot(weights, self.maps[near], axes=1))[None]
+            eigenvalues = self.path.eigenvalues((weights @ self.maps[near])[None])
             slope = self.path.rate_slope(self.path.place(position))
             signs, logs = test_function(condition, eigenvalues, np.array([slope]))
             return float(signs[0] * np.exp(np.clip(logs[0], -LOGS, LOGS)))

@@ -74,7 +74,10 @@ def crossing(
     matrix[:n, n] = basis.pack(balance.rate_derivative(x, orbit.rate))
     matrix[n] = tangent
     vectors, size = _null_space(matrix, 1)
-    direction = vectors[:, 0] / np.linalg.norm(vectors[:n, 0])
+    length = float(np.linalg.norm(vectors[:n, 0]))
+    if length < ZERO:  # rest, where only the rate changes
+        return np.zeros_like(orbit.coefficients), 0.0, np.inf
+    direction = vectors[:, 0] / length
     return basis.expand(basis.unpack(direction[:n]), system.size), float(direction[n]), size
 
 
