@@ -189,7 +189,10 @@ class ModalSystem:
             )
 
     def natural_frequencies_squared(self) -> Array:
-        """Eigenvalues of M^-1 K, ascending (negative where they are not real and positive)."""
+        """Eigenvalues (L,) of M^-1 K, ascending, in rad^2 per squared unit of time.
+
+        Negative where they are not real and positive.
+        """
         values = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))
         bad = np.abs(values.imag) > REAL * np.abs(values)
         return np.sort(np.where(bad, -np.abs(values), values.real))
@@ -200,7 +203,10 @@ class ModalSystem:
         return int(self.stiffness.shape[0])
 
     def scaled(self, direct: float = 0.0, parametric: float = 0.0) -> ScaledSystem:
-        """The equations at given drive levels, divided by the mass and made non-dimensional."""
+        """The equations at given drive levels (in units of the patterns), made non-dimensional.
+
+        Raises ContinuationError for levels or a damping that do not do.
+        """
         for name, level in (("direct", direct), ("parametric", parametric)):
             if not finite(level):
                 raise ContinuationError(f"{name}: drive level {level!r} is not a finite number")

@@ -15,8 +15,8 @@ class SpecialPoint:
 
     type: code of a row of `orbits.bifurcations`, LP, PD, NS or BP; omega in the user's unit;
     amplitude (L,) = max |q_r| over a period; multipliers (2L,); state (2L,) = (q, dq/dt) at forcing
-    phase 0; branch: index of the branch it lies on; multiplicity: how many multipliers (pairs of an
-    NS) are critical at once.
+    phase 0; branch: index of the branch it lies on; coefficients (2H + 1, L) of the orbit, as of a
+    `Branch`; multiplicity: how many multipliers (pairs of an NS) are critical at once.
     """
 
     type: str
@@ -37,7 +37,7 @@ class SpecialPoint:
 
 @attrs.define(eq=False)
 class Branch:
-    """A branch of periodic orbits of period period_multiple * 2 pi / omega.
+    """A branch of periodic orbits of period period_multiple * 2 pi / omega, in the system's units.
 
     omega (n,); amplitude (n, L) = max |q_r| over a period; stable (n,); multipliers (n, 2L),
     largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
@@ -87,7 +87,10 @@ class Unexplored:
 
 @attrs.define(eq=False)
 class Diagram:
-    """All branches and special points of one drive level, and what is known to be missing."""
+    """All branches and special points of one drive level, and what is known to be missing.
+
+    direct, parametric: the level, in units of the system's patterns.
+    """
 
     branches: list[Branch]
     special_points: list[SpecialPoint]
