@@ -304,18 +304,21 @@ class ScaledSystem:
     loss: Array
     force: Array
     parametric: Array
+    shapes: Array | None = None  # (L, L): of the model, by those of the equations (columns)
 
     @property
     def size(self) -> int:
         return len(self.force)
 
     def given(self, motion: Array) -> Array:
-        """A motion (..., L) of these equations in the units of the model."""
-        return np.asarray(motion * self.amplitude)
+        """A motion (..., L) of these equations in the coordinates and units of the model."""
+        own = motion if self.shapes is None else motion @ self.shapes.T
+        return np.asarray(own * self.amplitude)
 
     def inner(self, motion: Array) -> Array:
-        """A motion (..., L) of the model in the units of these equations."""
-        return np.asarray(motion / self.amplitude)
+        """A motion (..., L) of the model in the coordinates and units of these equations."""
+        own = motion if self.shapes is None else np.linalg.solve(self.shapes, motion.T).T
+        return np.asarray(own / self.amplitude)
 
     @property
     def nonlinear(self) -> bool:
@@ -354,4 +357,5 @@ class ScaledSystem:
         )
 
 
-ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in ("frequency", "amplitude"))
+UNITS = ("frequency", "amplitude", "shapes")
+ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in UNITS)
