@@ -18,11 +18,12 @@ TABLES = {  # names, and where they may be listed
     "parametric patterns": (set(PARAMETRIC), "scene/patterns"),
     "unknowns of a fit": (set(UNKNOWNS), "measurement/unknowns.py"),
     "arrays of the model": ({field.name for field in attrs.fields(ReducedModel)}, "rom/model.py"),
-    "bifurcations": ({"LP", "PD", "NS", "BP"}, "continuation/orbits/bifurcations.py"),
+    "bifurcations": (set(bifurcations.KINDS), "continuation/orbits/bifurcations.py"),
 }
 OTHERS = {  # tables of something else that goes by the same names
     "continuation/system.py": "arrays of a modal system, which knows no model",
     "continuation/tori/torus.py": "bifurcations of tori",
+    "report/summary.py": "what a summary tells, under names of its own",
 }
 SEVERAL = 3  # names side by side that make a list of them; two may be a pair with a meaning
 
