@@ -16,10 +16,15 @@ from nanorom.continuation.settings import Settings, check_range
 from nanorom.continuation.system import ModalSystem
 from nanorom.types import Array
 
+TRUNCATION = 1e-11  # of multipliers that tell stability, not where it changes
+
 
 @attrs.frozen(eq=False)
 class State:
-    """One point of a branch: omega, amplitude (L,), multipliers (2L,), stability and the orbit."""
+    """One point of a branch, in the system's units.
+
+    omega; amplitude (L,) = max |q_r| over a period; multipliers (2L,); stable; orbit.
+    """
 
     omega: float
     amplitude: Array
@@ -40,6 +45,8 @@ def states(
 ) -> Iterator[State]:
     """States of the response from rest, one per step, computed as they are asked for.
 
+    omega: (low, high) in rad per unit of time; direct, parametric: levels in units of the patterns;
+    tolerance: relative, of the orbits.
     Starts at omega[0] (at omega[1] if `falling`) and goes round folds until the branch leaves the
     range. Raises ContinuationError like `explore`.
     """
@@ -47,7 +54,7 @@ def states(
     low, high = (value / scaled.frequency for value in check_range(omega))
     support = forced_support(scaled)
     tracer = Tracer(scaled, support, 1, Settings(tolerance=tolerance, steps=steps))
-    floquet = FloquetSolver(scaled, truncation=1e-11)
+    floquet = FloquetSolver(scaled, truncation=TRUNCATION)
     first = first_orbit(tracer, high if falling else low)
     for series in tracer.follow(first, -1.0 if falling else 1.0, (low, high)):
         for a in (0.0, series.length) if tracer.ending == "range" else (0.0,):
