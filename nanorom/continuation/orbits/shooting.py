@@ -241,5 +241,3 @@ def _cyclic_solve(maps: Array, gaps: Array) -> Array:
         eye(count, format="csc").tocsc()[:, np.arange(count) - 1], eye(size), format="csc"
     )
     return np.asarray(splu(matrix).solve(-gaps.ravel()).reshape(count, size))
-
-
