@@ -52,14 +52,7 @@ def respond(
         If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
         cannot be written.
     """
-    if damping is not None:
-        model = model.with_damping(damping)
-    system = aimed(model, drive).system(drive.direct_pattern, drive.parametric_pattern)
-    start, stop = sweep.hertz(float(model.frequency[0]))
-    omega = (2 * np.pi * start, 2 * np.pi * stop)
-    options: dict[str, Any] = {"depth": sweep.depth, "tolerance": sweep.tolerance}
-    options = {name: value for name, value in options.items() if value is not None}
-
+    system, omega, options = _question(model, drive, sweep, damping)
     empty = Response(
         diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
     )
@@ -86,6 +79,19 @@ def respond(
     if path is not None and whole != diagrams:
         response.save(path, key)
     return response
+
+
+def _question(
+    model: ReducedModel, drive: Drive, sweep: Sweep, damping: Damping | None
+) -> tuple[ModalSystem, tuple[float, float], dict[str, Any]]:
+    """The modal equations, the range of omega in rad/s, and options of the continuation."""
+    if damping is not None:
+        model = model.with_damping(damping)
+    system = aimed(model, drive).system(drive.direct_pattern, drive.parametric_pattern)
+    start, stop = sweep.hertz(float(model.frequency[0]))
+    options = {"depth": sweep.depth, "tolerance": sweep.tolerance}
+    known = {name: value for name, value in options.items() if value is not None}
+    return system, (2 * np.pi * start, 2 * np.pi * stop), known
 
 
 def key_of(system: ModalSystem, omega: tuple[float, float], options: dict[str, Any]) -> str:

@@ -104,7 +104,10 @@ class Modes:
 
 @attrs.frozen
 class Reduction:
-    """How the tensors are found, and whether the film may move in its plane while it deflects."""
+    """How the tensors are found, and whether the film may move in its plane while it deflects.
+
+    amplitude: largest deflection in m of STEP's load cases; None: found.
+    """
 
     method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
     in_plane: str = v.choice("reduction.in_plane", ("free", "fixed"), default="free")
@@ -114,7 +117,10 @@ class Reduction:
 
 @attrs.frozen
 class Accuracy:
-    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand."""
+    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
+
+    tolerance: relative, of frequencies and tensors; mesh_size: in m.
+    """
 
     tolerance: float | None = v.quantity(
         "accuracy.tolerance", "1", v.within(1e-14, 1), default=None
@@ -242,7 +248,7 @@ class Scene:
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
-        """Read a scene from nested dictionaries, the shape that TOML gives."""
+        """Read a scene from nested dictionaries as TOML gives them; raises SceneError."""
         sections = [field.name for field in attrs.fields(cls)]
         for name, table in document.items():
             if name not in sections:

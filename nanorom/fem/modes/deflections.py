@@ -39,6 +39,12 @@ class Deflections:
         """Degrees of freedom of this rank, the first of the local ones."""
         return self.mass.getLocalSize()[0]
 
+    @property
+    def key(self) -> str:
+        """Tells mesh and modes from others."""
+        dofs = self.film.deflections.dofmap.index_map.size_global
+        return f"{dofs} dofs, eigenvalues {self.eigenvalues.sum():.9e}"
+
     def modal(self, operators: Mapping[Parity, PETSc.Mat]) -> np.ndarray:
         """Phi^T K Phi (L, L) over the whole film of matrices by class. Collective."""
         return self._products(

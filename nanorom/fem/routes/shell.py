@@ -32,7 +32,7 @@ from nanorom.fem.statics.shell_state import equilibrium
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.tensors import amplitude as shellstep
 from nanorom.fem.tensors.shell_cases import ShellCases
-from nanorom.fem.tensors.step import check_potential
+from nanorom.fem.tensors.step import check_potential, step
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import unaimed
 from nanorom.rom.shapes import Shapes
@@ -77,8 +77,11 @@ def reduce_shell(
         else:
             amplitude = stated / scales.length
             change = shellstep.change(cases, amplitude, h)
-        result = shellstep.step(
-            cases, amplitude, lambda i, n: watch.tell("load cases", i, n), stated is None
+        result = step(
+            cases,
+            amplitude,
+            extrapolate=stated is None,
+            progress=lambda i, n: watch.tell("load cases", i, n),
         )
         check_potential(result)
         missed = shellstep.truncation(cases, result, h)
