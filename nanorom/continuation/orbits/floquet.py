@@ -168,6 +168,16 @@ class FloquetSolver:
         """Number of entries d of the independent parts of a monodromy matrix."""
         return sum(4 * part.size**2 for part in self.parts(support)[1])
 
+    def pairs(self, support: Support) -> tuple[Index, Index]:
+        """Numbers of the first and the second of all pairs of eigenvalues of the same part."""
+        ends = np.cumsum([2 * part.size for part in self.parts(support)[1]])
+        starts = np.append(0, ends[:-1])
+        found = [np.triu_indices(end - start, 1) for start, end in zip(starts, ends)]
+        first, second = (
+            np.concatenate([pair[i] + start for pair, start in zip(found, starts)]) for i in (0, 1)
+        )
+        return first, second
+
     def eigenvalues(self, matrices: Array, support: Support) -> Array:
         """Eigenvalues (n, 2L) of matrices (n, d) as `maps` returns them."""
         _, parts = self.parts(support)
