@@ -247,7 +247,7 @@ class ReducedModel:
                     yield Coefficient(r, indices, value)
 
     def select(self, modes: Sequence[int | str]) -> ReducedModel:
-        """The model of some of the modes, by number (among all modes) or by label."""
+        """The model of some modes, by number (among all) or by label; raises ModelError."""
         positions = sorted({self._position(mode) for mode in modes})
         if not positions:
             raise ModelError("select: found no mode; give at least one")

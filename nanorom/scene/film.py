@@ -47,7 +47,7 @@ class Plate:
 
 @attrs.frozen(field_transformer=v.readers)
 class Material:
-    """Isotropic linear elastic material."""
+    """Isotropic linear elastic material: youngs_modulus in Pa, poisson_ratio, density in kg/m^3."""
 
     youngs_modulus: float = attrs.field(
         converter=v.as_quantity, metadata=v.quantity("material.youngs_modulus", "Pa")
@@ -91,7 +91,7 @@ class Tension:
 
     @classmethod
     def from_table(cls, table: Any, plate: Plate) -> Tension:
-        """Read [tension]: value, or x and y, or stress."""
+        """Read [tension]: value, or x and y, in N/m, or stress in Pa; raises SceneError."""
         v.check_keys("tension", table, ("value", "x", "y", "stress"))
         match sorted(table):
             case ["x", "y"]:
