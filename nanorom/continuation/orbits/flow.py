@@ -6,6 +6,7 @@ Source of the method: Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904 (Ta
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class TaylorStepper:
         friction = np.zeros((n, order - 1, size, size)) if self.has_loss else None
         drives = np.empty((n, order - 1))
         for k in range(order - 1):
-            factor = (omega * duration) ** k / float(_factorial(k))
+            factor = (omega * duration) ** k / float(factorial(k))
             drives[:, k] = drive = factor * np.cos(phase + k * np.pi / 2)
             squares = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
             squares = squares.reshape(n, size * size)
@@ -181,7 +182,3 @@ class Flow:
             tangents[:, :, k] = tangent
         tangents *= self.h[:, :, None, None] ** 2
         return tangents, friction
-
-
-def _factorial(k: int) -> int:
-    return 1 if k < 2 else k * _factorial(k - 1)
