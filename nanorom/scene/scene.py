@@ -104,12 +104,17 @@ class Modes:
 
 @attrs.frozen
 class Reduction:
-    """How the tensors are found, and whether the film may move in its plane while it deflects."""
+    """How the tensors are found, and what moves while the modes deflect the film.
+
+    in_plane: the displacement in the plane, free (in equilibrium) or fixed; outside: the rest of
+    the film, static (in equilibrium too) or at rest.
+    """
 
     method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
     in_plane: str = v.choice("reduction.in_plane", ("free", "fixed"), default="free")
     amplitude: float | None = v.quantity("reduction.amplitude", "m", default=None)
     solver: str = v.choice("reduction.solver", ("auto", "factors", "multigrid"), default="auto")
+    outside: str = v.choice("reduction.outside", ("static", "rest"), default="static")
 
 
 @attrs.frozen
