@@ -265,7 +265,7 @@ class ReducedModel:
                     yield Coefficient(r, indices, value)
 
     def select(self, modes: Sequence[int | str]) -> ReducedModel:
-        """The model of some of the modes, by number (among all modes) or by label.
+        """The model of some modes, by number (among all) or by label; raises ModelError.
 
         Where the model knows what lies outside its modes, the others become a part of that.
         """

@@ -79,7 +79,7 @@ class Drive:
 
     @property
     def levels(self) -> tuple[tuple[float, float], ...]:
-        """(direct, parametric) of each level."""
+        """(direct, parametric) of each level, in `units`."""
         count = max(len(self.direct), len(self.parametric))
         direct = self.direct * (count if len(self.direct) == 1 else 1)
         parametric = self.parametric * (count if len(self.parametric) == 1 else 1)

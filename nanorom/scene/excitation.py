@@ -23,8 +23,9 @@ DEEPEST = 5
 
 @attrs.frozen
 class Damping:
-    """Quality factor, one for all modes or one per mode, and the viscosity of the material.
+    """Quality factor and viscosity of the material.
 
+    quality_factor: a number, one for all modes or one per mode (L,).
     material_time: relaxation time tau in s of a Kelvin-Voigt material, stress C:(1 + tau d/dt)E;
     it damps bending beside the quality factor, and stretching, which is nonlinear damping.
     """
@@ -49,7 +50,7 @@ _RELATIVE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*\*?\s*f1\s*")
 
 @attrs.frozen
 class Frequency:
-    """A drive frequency in Hz, or in multiples of the lowest frequency of the model."""
+    """A drive frequency: value in Hz or, if relative, in multiples of the model's lowest."""
 
     value: float
     relative: bool = False
@@ -135,7 +136,7 @@ class Excitation:
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> Excitation:
-        """Read the sections from nested dictionaries."""
+        """Read the sections from nested dictionaries; raises SceneError."""
         classes: dict[str, Any] = {"drive": Drive, "sweep": Sweep, "damping": Damping}
         for name in document:
             if name not in classes:

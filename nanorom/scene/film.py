@@ -41,7 +41,7 @@ class Plate:
 
 @attrs.frozen
 class Material:
-    """Isotropic linear elastic material."""
+    """Isotropic linear elastic material: youngs_modulus in Pa, poisson_ratio, density in kg/m^3."""
 
     youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa")
     poisson_ratio: float = v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5))
@@ -71,7 +71,7 @@ class Tension:
 
     @classmethod
     def from_table(cls, table: Any, plate: Plate) -> Tension:
-        """Read [tension]: value, or x and y, or stress."""
+        """Read [tension]: value, or x and y, in N/m, or stress in Pa; raises SceneError."""
         v.check_keys("tension", table, ("value", "x", "y", "stress"))
         match sorted(table):
             case ["x", "y"]:

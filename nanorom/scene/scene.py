@@ -107,7 +107,8 @@ class Reduction:
     """How the tensors are found, and what moves while the modes deflect the film.
 
     in_plane: the displacement in the plane, free (in equilibrium) or fixed; outside: the rest of
-    the film, static (in equilibrium too) or at rest.
+    the film, static (in equilibrium too) or at rest; amplitude: largest deflection in m of STEP's
+    load cases; None: found.
     """
 
     method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
@@ -119,7 +120,10 @@ class Reduction:
 
 @attrs.frozen
 class Accuracy:
-    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand."""
+    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
+
+    tolerance: relative, of frequencies and tensors; mesh_size: in m.
+    """
 
     tolerance: float | None = v.quantity(
         "accuracy.tolerance", "1", v.within(1e-14, 1), default=None
@@ -247,7 +251,7 @@ class Scene:
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
-        """Read a scene from nested dictionaries, the shape that TOML gives."""
+        """Read a scene from nested dictionaries as TOML gives them; raises SceneError."""
         sections = [field.name for field in attrs.fields(cls)]
         for name, table in document.items():
             if name not in sections:

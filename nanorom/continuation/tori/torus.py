@@ -41,11 +41,12 @@ class TorusState:
 
     @property
     def stable(self) -> bool:
+        """Whether all normal directions decay."""
         return bool(self.exponents[0] < 0)
 
     @property
     def rotation(self) -> float:
-        """Turns of the second angle per period of the drive."""
+        """Turns of the second angle per period of the drive, a ratio."""
         return self.second / self.omega
 
 
@@ -58,14 +59,17 @@ class TorusPoint:
 
     @property
     def omega(self) -> float:
+        """Drive frequency in rad per unit of time."""
         return self.state.omega
 
     @property
     def second(self) -> float:
+        """Second base frequency in rad per unit of time."""
         return self.state.second
 
     @property
     def amplitude(self) -> Array:
+        """max |q_r| (L,) in the system's units."""
         return self.state.amplitude
 
 
@@ -97,39 +101,47 @@ class Torus:
 
     @property
     def parameter(self) -> Array:
+        """What is varied (n,), in the user's unit."""
         return self._column("parameter")
 
     @property
     def omega(self) -> Array:
+        """Drive frequency (n,) in rad per unit of time."""
         return self._column("omega")
 
     @property
     def second(self) -> Array:
+        """Second base frequency (n,) in rad per unit of time."""
         return self._column("second")
 
     @property
     def rotation(self) -> Array:
+        """Turns of the second angle per period of the drive (n,), a ratio."""
         return self._column("rotation")
 
     @property
     def amplitude(self) -> Array:
+        """max |q_r| (n, L) in the system's units."""
         return self._column("amplitude")
 
     @property
     def stable(self) -> Array:
+        """Whether all normal directions decay (n,), truth values without a unit."""
         return self._column("stable")
 
     @property
     def exponents(self) -> Array:
+        """Growth rates (n, 2L - 1) of the normal directions per unit of time, falling."""
         return self._column("exponents")
 
     @property
     def residual(self) -> Array:
+        """Largest error (n,) of the invariance between the nodes, relative to the states."""
         return self._column("residual")
 
     def at(self, parameter: float) -> list[TorusState]:
-        """The tori of the family at one value of the parameter, in order; empty where it has
-        none.
+        """The tori of the family at one value of the parameter (in its unit), in order; empty
+        where it has none.
 
         Raises ContinuationError where one of them cannot be corrected.
         """

@@ -50,23 +50,34 @@ def force(pattern: DirectPattern, modes: Modes, length: float) -> np.ndarray:
 def _(pattern: Areal, modes: Modes, length: float) -> np.ndarray:
     plate = modes.plate
     total = np.zeros(modes.shapes.shape[1])
+    for flip, sign in _mirrored(modes):
+        cells, reference, measure = areal_rule(pattern, plate, flip, length)
+        total += sign * (measure @ _values(modes, cells, reference))
+    return length**2 * plate.domain.comm.allreduce(total)
+
+
+def areal_rule(
+    pattern: Areal, plate: Plate, flip: np.ndarray, length: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points that integrate against a pattern's density over own cells of one copy of the part.
+
+    Cells (m,), reference points (m, 2) in them and weights (m,) in the plate's unit of area;
+    flip (2,): coordinates of the copy by those of the part.
+    """
     centre, size, reach = (
         np.array(value) / length for value in (pattern.centre, pattern.size, pattern.reach)
     )
     rule = basix.make_quadrature(basix.CellType.triangle, plate.degree + QUADRATURE)
     points, weights = np.asarray(rule[0]), np.asarray(rule[1])
     inside = np.column_stack([1 - points.sum(axis=1), points])
-    for flip, sign in _mirrored(modes):
-        cells, corners = _parts(plate, flip * centre, float(size), float(reach))
-        reference = (inside @ corners).reshape(-1, 2)
-        sides = corners[:, 1:] - corners[:, :1]
-        share = np.abs(np.linalg.det(sides))[:, None] * weights
-        cells = np.repeat(cells, len(weights))
-        x, jacobian = quadrature.map_points(plate, cells, reference)
-        density = pattern.density(length * flip * x)
-        measure = density * np.abs(np.linalg.det(jacobian)) * share.ravel()
-        total += sign * (measure @ _values(modes, cells, reference))
-    return length**2 * plate.domain.comm.allreduce(total)
+    cells, corners = _parts(plate, flip * centre, float(size), float(reach))
+    reference = (inside @ corners).reshape(-1, 2)
+    sides = corners[:, 1:] - corners[:, :1]
+    share = np.abs(np.linalg.det(sides))[:, None] * weights
+    cells = np.repeat(cells, len(weights))
+    x, jacobian = quadrature.map_points(plate, cells, reference)
+    density = pattern.density(length * flip * x)
+    return cells, reference, density * np.abs(np.linalg.det(jacobian)) * share.ravel()
 
 
 @force.register
