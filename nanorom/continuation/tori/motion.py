@@ -74,8 +74,8 @@ class QuasiPeriodic:
         return rates[kept], amplitudes[kept], orders[kept]
 
     def line(self, first: int, second: int) -> Numbers:
-        """Complex amplitude (L,) of the line at first omega / period_multiple + second times the
-        second frequency: q has the part Re(amplitude exp(i frequency t)).
+        """Complex amplitude (L,), in the unit of q, of the line at first omega / period_multiple +
+        second times the second frequency: q has the part Re(amplitude exp(i frequency t)).
         """
         if second < 0 or (second == 0 and first < 0):
             return self.line(-first, -second).conj()
