@@ -18,7 +18,9 @@ from nanorom.film import Kind, Spring
 Edges = dict[int, tuple[np.ndarray, np.ndarray]]  # curve -> vertex pairs (m, 2), spans (m, 2)
 
 MIRRORS = tuple(map(line, AXES))
-EXPONENT = 1.5  # error of the energy ~ (smallest cell)^exponent: clamped against free, 90 degrees
+RATIO = 0.7
+CORNER_ERROR = 1e-2
+STEEPEST = 6.0
 
 
 @attrs.frozen
@@ -26,14 +28,46 @@ class Corners:
     """How to grade: kind of support by name of a curve; ratio of neighbouring cells; how often."""
 
     kind: Callable[[str], Kind]
-    ratio: float
-    levels: int
+    tolerance: float
+    nu: float
+    square: bool = False
+    ratio: float = RATIO
 
-    @classmethod
-    def to_tolerance(cls, kind: Callable[[str], Kind], tolerance: float) -> Corners:
-        """Smaller steps for smaller tolerances: cells of one degree resolve only so much each."""
-        ratio = min(0.5, 0.3 * (1e-6 / tolerance) ** 0.1)
-        return cls(kind, ratio, int(np.ceil(np.log(tolerance) / np.log(ratio) / EXPONENT)))
+    def smallest(self, kinds: frozenset[str]) -> float:
+        """Size of the smallest cells."""
+        return float((self.tolerance / CORNER_ERROR) ** (1 / exponent(kinds, self.nu)))
+
+
+def exponent(kinds: frozenset[str], nu: float) -> float:
+    """Error of the energy ~ (smallest cell)^exponent in a corner of 90 degrees.
+
+    Twice the lowest exponent of stress or curvature plus one (Williams 1952, doi:10.1115/1.4010553;
+    1951 for plates).
+    """
+    held = {"clamped", "simply_supported"}
+    kappa = (3 - nu) / (1 + nu)
+    free = "free" in kinds
+    if free and kinds & held:
+        found = _root(lambda a, s: s**2 - ((kappa + 1) ** 2 / 4 - a**2) / kappa)
+    elif free:
+        found = STEEPEST / 2
+    else:
+        found = _root(lambda a, s: s - a / kappa)
+    if kinds == {"free"}:
+        found = min(found, _root(lambda a, s: s - a * (1 - nu) / (3 + nu)))
+    if kinds == {"free", "clamped"}:
+        found = min(found, 1.0)
+    return 2 * found
+
+
+def _root(condition):
+    """Lowest root between 0.5 and 2 of a condition on a and sin(a pi/2); 1 where it is complex."""
+    a = np.linspace(0.5, 2, 151)
+    signs = np.sign(condition(a, np.sin(a * np.pi / 2)))
+    turns = np.flatnonzero(signs[:-1] * signs[1:] < 0)
+    # a = 1 is rigid rotation
+    turns = turns[np.abs(a[turns] - 1) > 0.02]
+    return float(a[turns[0]]) if len(turns) else 1.0
 
 
 @attrs.define(eq=False)
@@ -48,26 +82,52 @@ class Triangulation:
     edges: Edges
 
     def graded(self, corners: Corners, facets: Mapping[str, np.ndarray]) -> Triangulation:
-        """Grade towards every vertex where the kind of support changes.
+        """Bisect cells until their size is a share of the distance from the nearest corner.
 
         facets: named edges (m, 2); those on mirrors are not supports.
         """
         mesh = Triangulation(self.points, self.triangles, dict(self.edges))
-        places = changes(mesh.triangles, corners.kind, facets)
-        for i in places:
-            for j in places[places > i]:
-                if mesh._neighbours(i, j):
-                    mesh._cut(i, j, 0.5)
-        for i in places:
-            for _ in range(corners.levels):
-                for j in np.setdiff1d(mesh.triangles[(mesh.triangles == i).any(axis=1)], i):
-                    mesh._cut(i, j, corners.ratio)
-        return mesh
+        found = changes(mesh.triangles, corners, facets)
+        if not found:
+            return mesh
+        places = np.array(sorted(found), dtype=np.int64)
+        first = np.array([mesh._shortest(i) for i in places])
+        smallest = first * [corners.smallest(found[i]) for i in places]
+        while True:
+            large = np.flatnonzero(mesh._excess(places, smallest, corners.ratio) > 1)
+            if not len(large):
+                return mesh
+            mesh._bisect(mesh.triangles[large[0]])
 
-    def _neighbours(self, i: int, j: int) -> bool:
-        """Whether an edge joins two vertices."""
-        here = (self.triangles == i).any(axis=1) & (self.triangles == j).any(axis=1)
-        return bool(here.any())
+    def _shortest(self, i: int) -> float:
+        """Shortest edge of the triangles at a vertex."""
+        return float(self._lengths(self.triangles[(self.triangles == i).any(axis=1)]).min())
+
+    def _lengths(self, triangles: np.ndarray) -> np.ndarray:
+        """Lengths (c, 3) of the edges opposite to each vertex."""
+        x = self.points[triangles]
+        return np.linalg.norm(x[:, (1, 2, 0)] - x[:, (2, 0, 1)], axis=2)
+
+    def _excess(self, places: np.ndarray, smallest: np.ndarray, ratio: float) -> np.ndarray:
+        """Longest edges (c,) by what is allowed."""
+        vertices = self.points[self.triangles]
+        away = np.linalg.norm(vertices[:, :, None] - self.points[places], axis=3).min(axis=1)
+        allowed = np.maximum(ratio * away, smallest)
+        return self._lengths(self.triangles).max(axis=1) / allowed.min(axis=1)
+
+    def _bisect(self, triangle: np.ndarray) -> None:
+        """Cut a triangle's longest edge, before it that of its neighbour there if it is longer."""
+        while True:
+            at = int(self._lengths(triangle[None])[0].argmax())
+            i, j = (int(v) for v in np.delete(triangle, at))
+            here = (self.triangles == i).any(axis=1) & (self.triangles == j).any(axis=1)
+            beside = [t for t in self.triangles[here] if set(t) != set(triangle)]
+            length = self._lengths(triangle[None]).max()
+            if beside and self._lengths(beside[0][None]).max() > (1 + 1e-9) * length:
+                triangle = beside[0]
+                continue
+            self._cut(i, j, 0.5)
+            return
 
     def _cut(self, i: int, j: int, fraction: float) -> None:
         """Put a vertex on the edge from i to j; it halves the triangles on both sides."""
@@ -96,25 +156,25 @@ def _halved(ends: np.ndarray, cut: np.ndarray, middles: np.ndarray) -> np.ndarra
 
 
 def changes(
-    triangles: np.ndarray, kind: Callable[[str], Kind], facets: Mapping[str, np.ndarray]
-) -> np.ndarray:
-    """Vertices of the boundary at which edges of different kinds meet."""
+    triangles: np.ndarray, corners: Corners, facets: Mapping[str, np.ndarray]
+) -> dict[int, frozenset[str]]:
+    """Vertices of the boundary at which edges of different kinds meet, and their kinds."""
     sides = np.sort(triangles[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2), axis=1)
     edges, count = np.unique(sides, axis=0, return_counts=True)
-    kinds = dict.fromkeys(_pairs(edges[count == 1]), "free")
+    kinds = dict.fromkeys(_pairs(edges[count == 1]), ("", "free"))
     for name, facet in facets.items():
         for pair in _pairs(np.sort(facet, axis=1)):
             if name in MIRRORS:
                 kinds.pop(pair, None)
             else:
-                # on springs the film moves, and tiny cells would only add rounding errors
-                own = kind(name)
-                kinds[pair] = "free" if isinstance(own, Spring) else own
-    found: dict[int, set[str]] = {}
+                own = corners.kind(name)
+                kinds[pair] = name, "free" if isinstance(own, Spring) else own
+    found: dict[int, set[tuple[str, str]]] = {}
     for pair, held in kinds.items():
         for vertex in pair:
             found.setdefault(vertex, set()).add(held)
-    return np.array(sorted(v for v, own in found.items() if len(own) > 1), dtype=np.int64)
+    met = {v: frozenset(kind for _, kind in own) for v, own in found.items() if len(own) > 1}
+    return {v: own for v, own in met.items() if corners.square or len(own) > 1}
 
 
 def _pairs(edges: np.ndarray) -> list[tuple[int, int]]:

@@ -31,6 +31,7 @@ LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for
 AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
 ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
+ASPECT = 3.0
 CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
 CORNER_ERROR = 1e-2  # of that field where no row shrinks towards the corner
 CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
@@ -90,7 +91,7 @@ def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discreti
 
 
 def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
-    return None if tolerance is None else Corners.to_tolerance(scene.support.kind, tolerance)
+    return None if tolerance is None else Corners(scene.support.kind, tolerance, scene.material.poisson_ratio, isinstance(scene.geometry, Rectangle))
 
 
 def _cell_size(
@@ -215,13 +216,18 @@ def _rectangle(
     parameters = {"length": sides["x"], "width": sides["y"]}
     size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)
     lines = {}
+    smallest = {
+        end: np.append(size, _end_rows(scene.supports[end], size, layer, tolerance))[-1]
+        for end in scene.supports
+    }
     crossing = {"x": OPPOSITE["y"], "y": OPPOSITE["x"]}
     for axis, side in sides.items():
-        free = all(scene.supports[end] == "free" for end in crossing[axis])
+        # corner cells are no longer than wide
+        across = min(smallest[end] for end in crossing[axis])
         low, high = (
             _within(
                 side / 2,
-                _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, not free),
+                _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, across),
             )
             for end in OPPOSITE[axis]
         )
@@ -249,22 +255,19 @@ def _rectangle(
 
 
 def _end_rows(
-    kind: Kind, size: float, layer: float, tolerance: float | None, corners: bool
+    kind: Kind, size: float, layer: float, tolerance: float | None, across: float = np.inf
 ) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
-    layer : in which it bends, if clamped; corners: whether it has corners that are graded so.
+    layer : in which it bends, if clamped; across: size of the corner cells along the side.
     """
-    if kind == "free" or tolerance is None:
+    if tolerance is None:
         return np.empty(0)
     rows = np.empty(0)
     if kind == "clamped" or isinstance(kind, Spring):
         rows = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
-    if not corners:
-        return rows
     last = float(np.append(size, rows)[-1])
-    smallest = size * (tolerance / CORNER_ERROR) ** (1 / CORNER_EXPONENT)
-    return np.concatenate([rows, _shrinking(last, smallest, CORNER_RATIO)])
+    return rows
 
 
 def cells_of(chosen: Discretisation) -> int | None:
