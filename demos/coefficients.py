@@ -15,9 +15,9 @@ import sys
 from pathlib import Path
 
 import nanorom
-from nanorom import tables
-from nanorom.files import make_directory
+from nanorom.files.whole import make_directory
 from nanorom.plots.couplings import coupling_figure
+from nanorom.rom import tables
 
 DEVICES = {"drum": 7, "string": 4, "rectangle": 6}  # modes; the paper's Table 4 has seven
 TITLES = {

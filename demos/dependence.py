@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import nanorom
-from nanorom.files import make_directory
+from nanorom.files.whole import make_directory
 from nanorom.plots.style import COLUMN, save, styled
 
 LEVELS = (1.6, 2.4)

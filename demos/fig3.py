@@ -21,9 +21,9 @@ from pathlib import Path
 import phenomena as ph
 
 import nanorom
-from nanorom.aim import aimed
-from nanorom.files import make_directory
+from nanorom.files.whole import make_directory
 from nanorom.plots import comparison_figure, linear_figure
+from nanorom.rom.patterns import aimed
 
 VARIANTS = {"plate": "clamped plate, E = 410 GPa", "membrane": "bending switched off"}
 MODES = 18  # reduced, to have f03 in both; the first 11 respond

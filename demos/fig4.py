@@ -17,9 +17,9 @@ import numpy as np
 import phenomena as ph
 
 import nanorom
-from nanorom.files import make_directory
-from nanorom.motion import energy_shares
+from nanorom.files.whole import make_directory
 from nanorom.plots import motion
+from nanorom.rom.motion import energy_shares
 
 BEFORE = (2.1, 2.3)  # drive frequencies by f01 of the first shapes; then the resonance and the top
 

@@ -11,9 +11,10 @@ from pathlib import Path
 import attrs
 
 import nanorom
-from nanorom import plots, report
-from nanorom.identify import identify
-from nanorom.measured import Resonances
+from nanorom import plots
+from nanorom.measurement.data import Resonances
+from nanorom.measurement.identify import identify
+from nanorom.report import text
 
 HERE = Path(__file__).parent
 FEW = [0, 2, 3, 5, 10]
@@ -29,12 +30,12 @@ def main(directory="results/identify"):
     )
     measured = Resonances.from_file(HERE / "drum-resonances.csv")
     found = identify(guess, measured)
-    print(report.identification_text(found), end="\n\n")
+    print(text.identification_text(found), end="\n\n")
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
     plots.resonance_figure(found, directory / "resonances.png")
     few = identify(guess, Resonances(measured.frequency[FEW], ("",) * len(FEW)))
-    print(report.identification_text(few))
+    print(text.identification_text(few))
     return found, few
 
 

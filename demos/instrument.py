@@ -20,10 +20,16 @@ from pathlib import Path
 import numpy as np
 
 import nanorom
-from nanorom.aim import aimed
-from nanorom.files import make_directory
-from nanorom.instrument import Calibration, amplitude_ratio, calibrate, force_of_tongue, power
+from nanorom.files.whole import make_directory
+from nanorom.measurement.calibration import (
+    Calibration,
+    amplitude_ratio,
+    calibrate,
+    force_of_tongue,
+    power,
+)
 from nanorom.plots.calibration import calibration_figure
+from nanorom.rom.patterns import aimed
 
 LEVELS = np.array([-8.0, -6.0, -4.0, -2.0, 0.0])  # dBm
 BETA = 300.0  # Pa at the centre of the spot at 0 dBm

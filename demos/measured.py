@@ -17,8 +17,8 @@ import numpy as np
 import nanorom
 from nanorom import plots
 from nanorom.continuation.sweep import sweep
-from nanorom.files import make_directory
-from nanorom.measured import MeasuredResponse
+from nanorom.files.whole import make_directory
+from nanorom.measurement.data import MeasuredResponse
 
 LEVELS = (20.0, 60.0)  # Pa
 RATIOS = np.linspace(0.9, 1.5, 49)  # of drive frequency and f01

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nanorom.aim import aimed
 from nanorom.continuation import explore
-from nanorom.continuation.locus import locus
-from nanorom.motion import energy_shares
+from nanorom.continuation.curves.locus import locus
+from nanorom.rom.motion import energy_shares
+from nanorom.rom.patterns import aimed
 
 PAPER_NS = 2.538  # omega_d/omega_0 of the paper's Neimark-Sacker point
 PAPER_PEAK = 3.5  # and of its highest peak

@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 import nanorom
 from nanorom import Load
 from nanorom.fem.tuning import tune
-from nanorom.load import VACUUM_PERMITTIVITY
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.style import COLUMN, save, styled
+from nanorom.scene.load import VACUUM_PERMITTIVITY
 
 MESHES = Path(__file__).parents[1] / "meshes"
 HENCKY = 0.6534  # w(0) (E h/(p R^4))^(1/3) at nu = 0.3 (Fichter 1997, NASA TP 3658)

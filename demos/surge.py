@@ -25,12 +25,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import nanorom
-from nanorom.aim import aimed
 from nanorom.continuation import PeriodicOrbit, explore
 from nanorom.continuation.sweep import sweep
-from nanorom.files import make_directory
-from nanorom.plots.response import stretches
+from nanorom.files.whole import make_directory
+from nanorom.plots.curves import stretches
 from nanorom.plots.style import COLUMN, save, styled
+from nanorom.rom.patterns import aimed
 
 LEVELS = (1.6, 2.0, 2.4)
 START, STOP, STEP = 2.36, 4.1, 0.02  # drive frequency by f01

@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import nanorom
-from nanorom.files import make_directory
+from nanorom.files.whole import make_directory
 from nanorom.plots.style import COLUMN, save, styled
 
 # b^(r)_jkl: exact, the paper's analytic column, the paper's STEP column, all in the paper's sign.

@@ -14,51 +14,61 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nanorom.errors import NanoromError
-    from nanorom.excitation import Damping, Drive, Excitation, Frequency, Sweep
-    from nanorom.loadcurve import LoadCurve
-    from nanorom.response import Response, respond
-    from nanorom.rom import ReducedModel, Shapes
-    from nanorom.scene import (
-        Accuracy,
-        Disc,
-        Load,
-        Material,
-        MeshFile,
-        Modes,
-        Plate,
-        Rectangle,
-        Reduction,
-        Scene,
-        Spring,
-        String,
-        Support,
-        Tension,
-    )
+    from nanorom.results.loadcurve import LoadCurve
+    from nanorom.results.respond import respond
+    from nanorom.results.response import Response
+    from nanorom.rom.model import ReducedModel
+    from nanorom.rom.shapes import Shapes
+    from nanorom.scene.drive import Drive
+    from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
+    from nanorom.scene.film import Material, Plate, Tension
+    from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
+    from nanorom.scene.load import Load
+    from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
+    from nanorom.scene.support import Spring, Support
     from nanorom.workflow import reduce, run, tune
 
 _HOMES = {
     "errors": ("NanoromError",),
-    "excitation": ("Damping", "Drive", "Excitation", "Frequency", "Sweep"),
-    "loadcurve": ("LoadCurve",),
-    "response": ("Response", "respond"),
-    "rom": ("ReducedModel", "Shapes"),
-    "scene": (
-        "Accuracy",
-        "Disc",
-        "Load",
+    "results.loadcurve": ("LoadCurve",),
+    "results.respond": ("respond",),
+    "results.response": ("Response",),
+    "rom.model": ("ReducedModel",),
+    "rom.shapes": ("Shapes",),
+    "scene.drive": ("Drive",),
+    "scene.excitation": (
+        "Damping",
+        "Excitation",
+        "Frequency",
+        "Sweep",
+    ),
+    "scene.film": (
         "Material",
-        "MeshFile",
-        "Modes",
         "Plate",
-        "Rectangle",
-        "Reduction",
-        "Scene",
-        "Spring",
-        "String",
-        "Support",
         "Tension",
     ),
-    "workflow": ("reduce", "run", "tune"),
+    "scene.geometry": (
+        "Disc",
+        "MeshFile",
+        "Rectangle",
+        "String",
+    ),
+    "scene.load": ("Load",),
+    "scene.scene": (
+        "Accuracy",
+        "Modes",
+        "Reduction",
+        "Scene",
+    ),
+    "scene.support": (
+        "Spring",
+        "Support",
+    ),
+    "workflow": (
+        "reduce",
+        "run",
+        "tune",
+    ),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
@@ -96,21 +106,12 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return _version()
+        return import_module("nanorom.version").version()
     if name not in _HOME:
         raise AttributeError(f"module 'nanorom' has no attribute {name!r}")
     value = getattr(import_module(f"nanorom.{_HOME[name]}"), name)
     globals()[name] = value
     return value
-
-
-def _version() -> str:
-    from importlib import metadata
-
-    try:
-        return metadata.version("nanorom")
-    except metadata.PackageNotFoundError:
-        return "unknown (not installed)"
 
 
 def __dir__() -> list[str]:

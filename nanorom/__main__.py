@@ -2,7 +2,7 @@
 
 import sys
 
-from nanorom.cli import main
+from nanorom.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import json
-import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from nanorom import journal, report
-from nanorom.errors import NanoromError
-from nanorom.files import atomic_path, check_directory, check_writable, make_directory
-from nanorom.loadcurve import LoadCurve
-from nanorom.rom import ReducedModel
-from nanorom.scene import Scene
+from nanorom.files import partial
+from nanorom.files.whole import (
+    atomic_path,
+    check_directory,
+    check_writable,
+    make_directory,
+)
+from nanorom.launch import finite_elements, mpi_rank
+from nanorom.report import summary as summary_text
+from nanorom.results.loadcurve import LoadCurve
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.scene import Scene
 
 Progress = Callable[[str, int, int], None]  # stage, done, of how many
 
@@ -32,23 +36,6 @@ def plan(scene: Scene) -> str:
     width = max(len(what) for _, what, _ in rows)
     lines = [f"{verb:8}{what:{width + 2}}{why}".rstrip() for verb, what, why in rows]
     return "\n".join([*lines, f"cost    {found.cost()}"])
-
-
-@contextmanager
-def finite_elements() -> Iterator[None]:
-    """Turn a missing finite-element library into one line with the remedy."""
-    try:
-        yield
-    except ImportError as error:
-        cause: BaseException | None = error
-        while cause is not None:  # C++ modules make an import error of Ctrl-C
-            if isinstance(cause, KeyboardInterrupt):
-                raise KeyboardInterrupt from error
-            cause = cause.__cause__ or cause.__context__
-        raise NanoromError(
-            f"this needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
-            "use ./run or the container image"
-        ) from error
 
 
 def reduce(
@@ -68,7 +55,7 @@ def reduce(
     solved, FileError if the file cannot be written.
     """
     with finite_elements():
-        from nanorom.fem import reduce_scene
+        from nanorom.fem.reduce import reduce_scene
     if path is None:
         return reduce_scene(scene, progress, groups=groups)
     path = Path(path)
@@ -79,7 +66,7 @@ def reduce(
     if mpi_rank() == 0:
         make_directory(path.parent)
         model.save(path)
-        journal.finished(path)
+        partial.finished(path)
     return model
 
 
@@ -121,14 +108,14 @@ def run(
     if mpi_rank() != 0:
         return None
     seconds = {"reduce": time.perf_counter() - start}
-    summary: dict[str, Any] = {"scene": scene.to_toml(), **report.of_model(model)}
+    summary: dict[str, Any] = {"scene": scene.to_toml(), **summary_text.of_model(model)}
 
     start = time.perf_counter()
     response, pictures = None, [directory / name for name in PICTURES]
     if scene.drive is None or scene.sweep is None:
         pictures = pictures[-1:]
     else:
-        from nanorom.response import respond
+        from nanorom.results.respond import respond
 
         response = respond(
             model,
@@ -140,15 +127,15 @@ def run(
             path=directory / "response.h5",
         )
         seconds["respond"] = time.perf_counter() - start
-        summary |= report.of_response(response)
+        summary |= summary_text.of_response(response)
 
         start = time.perf_counter()
         from nanorom.plots import amplitude_panels, response_figure
 
         response_figure(response, pictures[0])
         amplitude_panels(response, pictures[1])
-    from nanorom import page
     from nanorom.plots import mode_gallery
+    from nanorom.report import page
 
     mode_gallery(model, pictures[-1])
     seconds["pictures"] = time.perf_counter() - start
@@ -158,11 +145,3 @@ def run(
     with atomic_path(directory / "summary.json") as temporary:
         temporary.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     return summary
-
-
-def mpi_rank() -> int:
-    """Rank of this process as its launcher gives it, without loading MPI; 0 when run alone."""
-    for name in ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"):
-        if name in os.environ:
-            return int(os.environ[name])
-    return 0

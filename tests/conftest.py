@@ -6,7 +6,8 @@ import hypothesis
 import numpy as np
 import pytest
 
-from nanorom.rom import ReducedModel, Shapes
+from nanorom.rom.model import ReducedModel
+from nanorom.rom.shapes import Shapes
 
 hypothesis.settings.register_profile("nanorom", deadline=None)  # a busy machine is no failure
 hypothesis.settings.load_profile("nanorom")

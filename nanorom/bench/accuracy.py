@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import attrs
 import numpy as np
 
-from nanorom.bench import exact, measure
+from nanorom.bench import measure
+from nanorom.exact import cases as exact
 
 KAPPAS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6, np.inf)
 TOLERANCES = tuple(10.0**-n for n in range(3, 10))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from nanorom.files import check_directory, make_directory
+from nanorom.files.whole import check_directory, make_directory
 
 
 def run(directory: Path, what: str, quick: bool) -> None:
@@ -16,7 +16,11 @@ def run(directory: Path, what: str, quick: bool) -> None:
     check_directory(directory)
     make_directory(directory)
     kinds = {
-        "speed": _speed, "accuracy": _accuracy, "stress": _stress, "skips": _skips, "size": _size
+        "speed": _speed,
+        "accuracy": _accuracy,
+        "stress": _stress,
+        "skips": _skips,
+        "size": _size,
     }
     kinds[what](directory, quick)
 

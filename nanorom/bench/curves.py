@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from nanorom.bench import exact, measure, ngsolve_drum, polar
-from nanorom.bench.exact import Case
+from nanorom.bench import measure, ngsolve_drum
 from nanorom.bench.measure import Row
-from nanorom.scene import Disc
+from nanorom.exact import cases, polar
+from nanorom.exact.cases import Case
+from nanorom.scene.geometry import Disc
 
 TOLERANCES = tuple(10.0**-n for n in range(3, 10))
 ROUTES = ("direct", "tangent", "step")
@@ -23,19 +24,19 @@ KAPPA = 100.0
 def rows(quick: bool = False) -> Iterator[Row]:
     """Every line of the table; quick: a few of each kind, to see that all of it works."""
     if quick:
-        few = exact.drum(KAPPA, count=3)
+        few = cases.drum(KAPPA, count=3)
         yield from reductions(few, (1e-3, 1e-6), {4: (3,)}, ("direct", "step"))
         yield from bare_dolfinx(few, {2: ((4,), (1,)), 3: ((3,), (3,))})
         yield from ngsolve(few, {4: (3,)})
         return
-    drum = exact.drum(KAPPA)
+    drum = cases.drum(KAPPA)
     yield from reductions(drum, TOLERANCES, MESHES, ROUTES)
     yield from ngsolve(drum, NGSOLVE)
     yield from bare_dolfinx(drum, BASELINES)
-    yield from reductions(exact.paper_drum(), TOLERANCES, {}, ROUTES)
-    yield from reductions(exact.square(), TOLERANCES, {4: MESHES[4], 8: MESHES[8]}, ROUTES)
-    yield from reductions(exact.string(), (1e-3, 1e-4, 1e-5, 1e-6), {}, ROUTES)
-    yield from reductions(exact.string(model="beam"), (1e-3, 1e-6, 1e-9), {}, ("direct",))
+    yield from reductions(cases.paper_drum(), TOLERANCES, {}, ROUTES)
+    yield from reductions(cases.square(), TOLERANCES, {4: MESHES[4], 8: MESHES[8]}, ROUTES)
+    yield from reductions(cases.string(), (1e-3, 1e-4, 1e-5, 1e-6), {}, ROUTES)
+    yield from reductions(cases.string(model="beam"), (1e-3, 1e-6, 1e-9), {}, ("direct",))
 
 
 def reductions(
@@ -50,11 +51,11 @@ def reductions(
     for route in routes:
         scene = case.scene.with_(method=route)
         for tolerance in tolerances:
-            chosen = exact.with_tolerance(exact.with_scene(case, scene), tolerance)
+            chosen = cases.with_tolerance(cases.with_scene(case, scene), tolerance)
             yield measure.reduction(chosen, f"tolerance {tolerance:.0e}")
         for degree, sizes in meshes.items() if route == "direct" else ():
             for cells in sizes:
-                by_hand = exact.by_hand(exact.with_scene(case, scene), degree, cells, length)
+                by_hand = cases.by_hand(cases.with_scene(case, scene), degree, cells, length)
                 yield measure.reduction(by_hand, f"h = 1/{cells:g}")
 
 
@@ -75,7 +76,7 @@ def bare_dolfinx(
                 ) -> tuple[int, np.ndarray, np.ndarray]:
                     return _in_si(
                         *dolfinx_drum.solve(
-                            KAPPA, exact.NU, diameters, count, degree, 1 / cells, order
+                            KAPPA, cases.NU, diameters, count, degree, 1 / cells, order
                         )
                     )
 
@@ -96,14 +97,14 @@ def ngsolve(case: Case, meshes: Mapping[int, tuple[float, ...]]) -> Iterator[Row
                 degree: int = degree, cells: float = cells
             ) -> tuple[int, np.ndarray, np.ndarray]:
                 return _in_si(
-                    *ngsolve_drum.solve(KAPPA, exact.NU, diameters, count, degree, 1 / cells)
+                    *ngsolve_drum.solve(KAPPA, cases.NU, diameters, count, degree, 1 / cells)
                 )
 
             yield measure.baseline(case, "NGSolve", "direct", degree, solve)
 
 
 def _in_si(dofs: int, omega: np.ndarray, cubic: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
-    film = exact.Film()
-    mass = exact.DENSITY * film.thickness
+    film = cases.Film()
+    mass = cases.DENSITY * film.thickness
     scale = np.sqrt(film.tension_unit / mass) / film.radius / (2 * np.pi)
     return dofs, scale * omega, film.modulus * film.thickness / film.radius**2 * cubic

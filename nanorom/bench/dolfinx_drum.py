@@ -16,14 +16,12 @@ import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc
 from mpi4py import MPI
-from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-from nanorom.bench import polar
-from nanorom.fem import compat
-
-Array = NDArray[np.float64]
+from nanorom.exact import polar
+from nanorom.fem.solvers import compat
+from nanorom.types import Array
 
 PENALTY = 8.0  # times k (k - 1)/h, as in the tutorials on the biharmonic equation
 

@@ -11,9 +11,9 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.bench.exact import Case
 from nanorom.errors import AccuracyWarning, NanoromError
-from nanorom.rom import ReducedModel
+from nanorom.exact.cases import Case
+from nanorom.rom.model import ReducedModel
 from nanorom.workflow import reduce
 
 Result = TypeVar("Result")

@@ -9,12 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from nanorom.bench import polar
-
-Array = NDArray[np.float64]
+from nanorom.exact import polar
+from nanorom.types import Array
 
 
 def available() -> bool:
@@ -109,7 +107,13 @@ def _modes(
         return LinearOperator((int(free.sum()),) * 2, matvec=matvec, dtype=float)
 
     values, vectors = eigsh(
-        apply(k.mat), count, apply(m.mat), sigma=0.0, OPinv=apply(inverse), tol=0, ncv=3 * count,
+        apply(k.mat),
+        count,
+        apply(m.mat),
+        sigma=0.0,
+        OPinv=apply(inverse),
+        tol=0,
+        ncv=3 * count,
         v0=np.ones(int(free.sum())),
     )
     order = np.argsort(values)

@@ -14,7 +14,7 @@ import attrs
 import numpy as np
 
 from nanorom.bench.measure import Row
-from nanorom.files import atomic_path
+from nanorom.files.whole import atomic_path
 
 COLUMNS = tuple(field.name for field in attrs.fields(Row))
 WIDTHS = {"case": 20, "note": 30, "code": 8, "route": 8, "name": 66, "parameter": 22, "verdict": 60}

@@ -15,9 +15,9 @@ import attrs
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.bench import exact
 from nanorom.bench.targets import Figure
 from nanorom.errors import FileError
+from nanorom.exact import cases
 from nanorom.workflow import reduce
 
 COMM = MPI.COMM_WORLD
@@ -70,9 +70,9 @@ def rows(quick: bool = False) -> Iterator[Size]:
 
 def measured(dofs: float, solver: str, groups: int, count: int = 11) -> Size:
     """Reduce the drum with about so many unknowns. Collective."""
-    radius = exact.RADIUS
-    case = exact.by_hand(
-        exact.paper_drum(count), DEGREE, float(np.sqrt(dofs / QUARTER) / DEGREE), radius
+    radius = cases.RADIUS
+    case = cases.by_hand(
+        cases.paper_drum(count), DEGREE, float(np.sqrt(dofs / QUARTER) / DEGREE), radius
     )
     scene = case.scene.with_(solver=solver)
     times: dict[str, list[tuple[float, float]]] = {}
@@ -117,8 +117,8 @@ def reference(count: int) -> tuple[np.ndarray, np.ndarray]:
     if COMM.rank:
         return COMM.bcast(None)
     program = (
-        "import sys; from nanorom.bench import exact\n"
-        f"case = exact.paper_drum({count})\n"
+        "import sys; from nanorom.exact import cases\n"
+        f"case = cases.paper_drum({count})\n"
         "found = case.frequency(), case.cubic()\n"
         "sys.stdout.buffer.write(b''.join(a.tobytes() for a in found))"
     )
@@ -180,7 +180,7 @@ def picture(rows: list[Size], path: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib.figure import Figure as Picture
 
-    from nanorom.files import atomic_path
+    from nanorom.files.whole import atomic_path
     from nanorom.plots.style import COLUMN, RESOLUTION, SETTINGS
 
     labels = {"cpu": "processor time of a rank (s)", "memory": "memory of all ranks (GB)"}
@@ -194,8 +194,11 @@ def picture(rows: list[Size], path: Path) -> None:
                 text = f"{solver}, {ranks} rank{'s' * (ranks > 1)}"
                 text += f" in {groups_} groups" if groups_ > 1 else ""
                 ax.loglog(
-                    [row.dofs for row in own], [getattr(row, name) for row in own],
-                    marker="o" if solver == "factors" else "s", markersize=3.5, label=text,
+                    [row.dofs for row in own],
+                    [getattr(row, name) for row in own],
+                    marker="o" if solver == "factors" else "s",
+                    markersize=3.5,
+                    label=text,
                 )
             ax.set_ylabel(label)
         axes[0].legend()

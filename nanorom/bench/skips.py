@@ -9,18 +9,25 @@ import attrs
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.bench import exact
 from nanorom.bench.measure import timed
 from nanorom.errors import AccuracyWarning
-from nanorom.fem import build, compat, discretisation, labels, reduce, selection, state
-from nanorom.fem import modes as eigen
-from nanorom.fem.cases import FlatCases
-from nanorom.fem.groups import Team
-from nanorom.fem.modes import Modes
+from nanorom.exact import cases as exact
+from nanorom.fem import reduce, stopwatch
+from nanorom.fem.mesh import discretisation
+from nanorom.fem.models import build
+from nanorom.fem.modes import eigen, names
+from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.modes.normal import normalise
 from nanorom.fem.plan import Plan
-from nanorom.fem.shapes import normalise
-from nanorom.fem.step import StaticCases, coefficients, load_cases
-from nanorom.scene import Scene
+from nanorom.fem.routes import plate as plates
+from nanorom.fem.solvers import compat
+from nanorom.fem.solvers.groups import Team
+from nanorom.fem.statics import loads, state
+from nanorom.fem.tensors import selection
+from nanorom.fem.tensors.flat_cases import FlatCases
+from nanorom.fem.tensors.loaded_cases import StaticCases
+from nanorom.fem.tensors.step import coefficients, load_cases
+from nanorom.scene.scene import Scene
 
 TOLERANCE = 1e-6
 REPEATS = 2
@@ -72,7 +79,7 @@ def plan(scene: Scene, kind: type[Plan] = Plan) -> Callable[[], tuple[np.ndarray
 
     def solve() -> tuple[np.ndarray, np.ndarray]:
         made = kind.of(scene)
-        found = reduce.solve(ALONE, made, scene.accuracy.tolerance, reduce.Stopwatch(None))
+        found = plates.solve(ALONE, made, scene.accuracy.tolerance, stopwatch.Stopwatch(None))
         result = made.scales.frequency(found.modes.eigenvalues), found.cubic
         compat.free_memory(MPI.COMM_SELF)
         return result
@@ -87,8 +94,7 @@ def compared(name: str, skipped: Callable, full: Callable) -> Saving:
         (one, _, short), (other, _, long) = (timed(solve, REPEATS) for solve in (skipped, full))
     common = [tuple(slice(n) for n in a.shape) for a in one]
     differences = [
-        np.abs(a - b[part]).max() / np.abs(b[part]).max()
-        for a, b, part in zip(one, other, common)
+        np.abs(a - b[part]).max() / np.abs(b[part]).max() for a, b, part in zip(one, other, common)
     ]
     return Saving(name, short, long, long / short, float(max(differences)))
 
@@ -134,7 +140,7 @@ def modes_of(scene: Scene, kind: type[Plan]) -> Modes:
     made, count = kind.of(scene), len(scene.modes.numbers)
     chosen = made.discretisation(TOLERANCE)
     plate = build.build_plate(MPI.COMM_SELF, scene, made.scales, chosen)
-    modes, _ = labels.name(scene, eigen.solve(plate, count))
+    modes, _ = names.name(scene, eigen.solve(plate, count))
     return normalise(modes.take(np.arange(count)))
 
 
@@ -158,7 +164,7 @@ def prestress(scene: Scene) -> Saving:
         plate = build.build_plate(MPI.COMM_SELF, scene, made.scales, chosen)
         if relaxed:
             film = state.prepared(scene, units, plate)
-            state.films.problem(film, None).solve(0.0)
+            loads.problem(film, None).solve(0.0)
             plate = film.about()
         return (eigen.solve(plate, 11).eigenvalues,)
 

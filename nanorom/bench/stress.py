@@ -10,10 +10,12 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from nanorom.bench import accuracy, exact, measure
-from nanorom.bench.exact import BUCKLING, Case, Film
+from nanorom.bench import accuracy, measure
 from nanorom.errors import NanoromError
-from nanorom.scene import Accuracy, MeshFile
+from nanorom.exact import cases
+from nanorom.exact.cases import BUCKLING, Case, Film
+from nanorom.scene.geometry import MeshFile
+from nanorom.scene.scene import Accuracy
 from nanorom.workflow import reduce
 
 TOLERANCE = 1e-6
@@ -58,54 +60,54 @@ def tensions(quick: bool, count: int) -> Iterator[Trial]:
     kappas = (0.0, 1e8) if quick else (0.0, 1.0, 1e2, 1e4, 1e5, 1e6, 1e7, 1e8, np.inf)
     for kappa in kappas:
         few = min(count, 3 if kappa > 1e6 and np.isfinite(kappa) else count)
-        yield trial("T R^2/D", f"{kappa:g}", exact.drum(kappa, few))
+        yield trial("T R^2/D", f"{kappa:g}", cases.drum(kappa, few))
 
 
 def materials(quick: bool, count: int) -> Iterator[Trial]:
     """nu from -0.9 to 0.499, E from 1 kPa to 1 TPa."""
     for nu in (-0.9, 0.499) if quick else (-0.9, -0.5, 0.0, 0.3, 0.45, 0.49, 0.499):
-        yield trial("nu", f"{nu:g}", exact.drum(100.0, count, Film(nu=nu)))
+        yield trial("nu", f"{nu:g}", cases.drum(100.0, count, Film(nu=nu)))
     for modulus in (1e3,) if quick else (1e3, 1e6, 1e12):
-        yield trial("E", f"{modulus:g} Pa", exact.drum(100.0, count, Film(modulus=modulus)))
+        yield trial("E", f"{modulus:g} Pa", cases.drum(100.0, count, Film(modulus=modulus)))
 
 
 def sizes(quick: bool, count: int) -> Iterator[Trial]:
     """Radius from 1 nm to 1 m, h/R from 1e-6 to 0.1."""
     for radius in (1e-9,) if quick else (1e-9, 1e-7, 1e-3, 1.0):
         film = Film(radius=radius, thickness=0.01 * radius)
-        yield trial("R", f"{radius:g} m", exact.drum(100.0, count, film))
+        yield trial("R", f"{radius:g} m", cases.drum(100.0, count, film))
     for ratio in (1e-6,) if quick else (1e-6, 1e-4, 1e-2, 0.1):
-        film = Film(thickness=ratio * exact.RADIUS)
-        yield trial("h/R", f"{ratio:g}", exact.drum(100.0, count, film))
+        film = Film(thickness=ratio * cases.RADIUS)
+        yield trial("h/R", f"{ratio:g}", cases.drum(100.0, count, film))
 
 
 def unequal_tensions(quick: bool, count: int) -> Iterator[Trial]:
     """T_x/T_y from 1 to 100."""
     for ratio in (100.0,) if quick else (3.0, 10.0, 100.0):
-        case = exact.unequal_drum(100.0, 100.0 / ratio, count)
+        case = cases.unequal_drum(100.0, 100.0 / ratio, count)
         yield trial("T_x/T_y", f"{ratio:g}", case)
 
 
 def many_modes(quick: bool) -> Iterator[Trial]:
     """L up to 60."""
     for count in (20,) if quick else (30, 60):
-        yield trial("L", str(count), exact.drum(100.0, count))
+        yield trial("L", str(count), cases.drum(100.0, count))
 
 
 def nearly_degenerate() -> Iterator[Trial]:
     """Pairs split by less than the discretisation's error, and by more."""
     for split in (1e-10, 1e-6, 1e-3):
         # a lower tension along x makes f11c the lower of its pair
-        case = exact.unequal_drum(100.0 * (1 - split), 100.0, 3)
+        case = cases.unequal_drum(100.0 * (1 - split), 100.0, 3)
         yield trial("1 - T_x/T_y", f"{split:g}", case)
     # longer along y: (1,2) is below (2,1), and the square's tensor is right to the split
     split = 1e-9
-    yield trial("rectangle, 1 - a/b", f"{split:g}", exact.square(4, split))
+    yield trial("rectangle, 1 - a/b", f"{split:g}", cases.square(4, split))
 
 
 def poor_triangles(quick: bool) -> Iterator[Trial]:
     """Square membrane on a mesh file whose rows are thin beside their neighbours."""
-    square = exact.square(4)
+    square = cases.square(4)
     for thin in (1e-3,) if quick else (1e-1, 1e-2, 1e-3, 1e-4, 1e-5):
         with tempfile.TemporaryDirectory() as directory:
             file = Path(directory) / "slivers.msh"
@@ -115,7 +117,7 @@ def poor_triangles(quick: bool) -> Iterator[Trial]:
                 geometry=MeshFile(file=file, scale=side),
                 accuracy=Accuracy(degree=8, mesh_size=side),
             )
-            case = exact.with_scene(square, scene)
+            case = cases.with_scene(square, scene)
             yield trial("height of slivers/side", f"{thin:g}", case, None)
 
 
@@ -148,7 +150,7 @@ def write_slivers(file: Path, thin: float, cells: int = 4) -> None:
 def compression(quick: bool) -> Iterator[Trial]:
     """Below buckling the frequencies are right, beyond it the message tells the critical value."""
     for fraction in (0.99,) if quick else (0.5, 0.9, 0.99, 0.999, 0.9999):
-        case = exact.drum(-fraction * BUCKLING, 3)
+        case = cases.drum(-fraction * BUCKLING, 3)
         yield trial("compression/buckling", f"{fraction:g}", case)
     for fraction in (1.01,) if quick else (1.0001, 1.01, 2.0, 20.0):
         yield buckled(fraction)
@@ -157,7 +159,7 @@ def compression(quick: bool) -> Iterator[Trial]:
 def buckled(fraction: float) -> Trial:
     """A film compressed beyond buckling; the critical tension in the message is held against
     the exact one."""
-    case = exact.with_tolerance(exact.drum(-fraction * BUCKLING, 3), TOLERANCE)
+    case = cases.with_tolerance(cases.drum(-fraction * BUCKLING, 3), TOLERANCE)
     nan = float("nan")
     verdict, error = "wrong: a buckled film was taken for a stable one", nan
     try:
@@ -169,17 +171,13 @@ def buckled(fraction: float) -> Trial:
             critical = -BUCKLING * Film().tension_unit
             error = abs(float(told.group(1)) / critical - 1)
             verdict = f"refused: {failure}" if error < BUCKLING_ERROR else f"wrong: {failure}"
-    return Trial(
-        "compression/buckling", f"{fraction:g}", 0, nan, error, nan, nan, nan, verdict
-    )
+    return Trial("compression/buckling", f"{fraction:g}", 0, nan, error, nan, nan, nan, verdict)
 
 
-def trial(
-    parameter: str, value: str, case: Case, tolerance: float | None = TOLERANCE
-) -> Trial:
+def trial(parameter: str, value: str, case: Case, tolerance: float | None = TOLERANCE) -> Trial:
     """Solve a case and judge it; without a tolerance the estimate alone is judged."""
     if tolerance is not None:
-        case = exact.with_tolerance(case, tolerance)
+        case = cases.with_tolerance(case, tolerance)
     row = measure.reduction(case, repeats=0)
     claimed = tolerance is None or bool(row.estimate <= tolerance)
     verdict = accuracy.verdict(row, np.inf if tolerance is None else tolerance, claimed)
@@ -194,4 +192,3 @@ def trial(
         row.estimate_tensor,
         verdict,
     )
-

@@ -12,7 +12,9 @@ from collections.abc import Iterator
 import attrs
 import numpy as np
 
-from nanorom.bench import exact
+from nanorom.exact import cases
+from nanorom.fem import stopwatch
+from nanorom.fem.routes import plate as plates
 
 FINE = 80_000  # deflection's degrees of freedom
 FINE_DEGREE = 4
@@ -31,11 +33,13 @@ class Figure:
 def start_up() -> Iterator[Figure]:
     """Wall time of new processes: import, --help, and the paper's drum cold and warm."""
     yield Figure("import nanorom, beyond an empty python", _beyond_python("import nanorom"), "s")
-    command = "import sys; from nanorom.cli import main; sys.argv = ['nanorom', '--help']; main()"
-    yield Figure("nanorom --help, process", _process(command), "s")
-    toml = exact.paper_drum().scene.to_toml()
     command = (
-        "from nanorom.scene import Scene; from nanorom.workflow import reduce\n"
+        "import sys; from nanorom.cli.main import main; sys.argv = ['nanorom', '--help']; main()"
+    )
+    yield Figure("nanorom --help, process", _process(command), "s")
+    toml = cases.paper_drum().scene.to_toml()
+    command = (
+        "from nanorom.scene.scene import Scene; from nanorom.workflow import reduce\n"
         f"reduce(Scene.from_toml({toml!r}))"
     )
     with tempfile.TemporaryDirectory() as cache:
@@ -54,7 +58,10 @@ def _process(command: str, cache: str | None = None) -> float:
         environment |= {"XDG_CACHE_HOME": cache, "DOLFINX_JIT_CACHE_DIR": cache}
     start = time.perf_counter()
     subprocess.run(
-        [sys.executable, "-c", command], env=environment, check=True, stdout=subprocess.DEVNULL,
+        [sys.executable, "-c", command],
+        env=environment,
+        check=True,
+        stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
     return time.perf_counter() - start
@@ -70,29 +77,24 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     import ufl
     from mpi4py import MPI
 
-    from nanorom.fem import (
-        algebra,
-        build,
-        compat,
-        condensation,
-        discretisation,
-        labels,
-        membrane,
-        reduce,
-    )
-    from nanorom.fem import modes as eigen
+    from nanorom.fem.fields import membrane
+    from nanorom.fem.mesh import discretisation
+    from nanorom.fem.models import build
+    from nanorom.fem.modes import eigen, names
+    from nanorom.fem.modes.normal import normalise
     from nanorom.fem.scales import Scales
-    from nanorom.fem.shapes import normalise
+    from nanorom.fem.solvers import algebra, compat
+    from nanorom.fem.tensors import direct as condensation
 
-    size = exact.RADIUS * np.sqrt(DENSITY * degree**2 / dofs)
-    case = exact.by_hand(exact.paper_drum(), degree, exact.RADIUS / size, exact.RADIUS)
+    size = cases.RADIUS * np.sqrt(DENSITY * degree**2 / dofs)
+    case = cases.by_hand(cases.paper_drum(), degree, cases.RADIUS / size, cases.RADIUS)
     scales = Scales.of(case.scene)
     layer = float(np.sqrt(scales.bending))
     chosen = discretisation.choose(case.scene, scales.length, layer, None)
     plate = build.build_plate(MPI.COMM_SELF, case.scene, scales, chosen)
     clock = _Clock()
     modes = eigen.solve(plate, 11)
-    modes, _ = labels.name(case.scene, modes)
+    modes, _ = names.name(case.scene, modes)
     modes = normalise(modes.take(np.arange(11)))
     modal = clock.lap()
     stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
@@ -118,8 +120,9 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     yield Figure("eleven modes", modal, "s")
     yield Figure("in-plane stiffness assembled", assembly, "s")
     yield Figure("one factorisation", factorisation, "s")
-    yield Figure("one load, one back-substitution, one reaction",
-                 one_load + one_solve + one_reaction, "s")
+    yield Figure(
+        "one load, one back-substitution, one reaction", one_load + one_solve + one_reaction, "s"
+    )
     del factors, stiffness
     clock.lap()
     condensation.cubic_tensor(modes)
@@ -129,7 +132,7 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     name = "direct / (one factorisation + 66 loads and back-substitutions)"
     yield Figure(name, direct / unit, "")
     clock.lap()
-    reduce.tensors(case.scene.with_(method="step"), scales, modes, reduce.Stopwatch(None))
+    plates.tensors(case.scene.with_(method="step"), scales, modes, stopwatch.Stopwatch(None))
     step = clock.lap()
     unit = assembly + factorisation + 352 * (one_load + one_solve + one_reaction)
     yield Figure("STEP, 11 modes", step, "s")
@@ -155,7 +158,7 @@ def many_modes() -> Iterator[Figure]:
     """Fifty modes of the drum at tolerance 1e-6, direct: time and true error."""
     from nanorom.bench import measure
 
-    case = exact.with_tolerance(exact.drum(100.0, count=50), 1e-6)
+    case = cases.with_tolerance(cases.drum(100.0, count=50), 1e-6)
     row = measure.reduction(case, repeats=1)
     yield Figure("50 modes direct at tolerance 1e-6, wall", row.seconds, "s")
     yield Figure("50 modes direct at tolerance 1e-6, processor", row.cpu, "s")

@@ -3,15 +3,15 @@
 Periodic orbits, stability and bifurcations.
 """
 
-from .backbone import Backbone, backbone
-from .diagram import Branch, Diagram, SpecialPoint
-from .explore import explore
-from .levels import add_isolas, explore_each, explore_levels
-from .locus import Locus, locus
-from .orbit import PeriodicOrbit
-from .states import State, states
-from .sweep import Sweep, sweep
-from .system import ModalSystem
+from nanorom.continuation.branches.states import State, states
+from nanorom.continuation.curves.backbone import Backbone, backbone
+from nanorom.continuation.curves.locus import Locus, locus
+from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint
+from nanorom.continuation.diagrams.explore import explore
+from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
+from nanorom.continuation.orbits.orbit import PeriodicOrbit
+from nanorom.continuation.sweep import Sweep, sweep
+from nanorom.continuation.system import ModalSystem
 
 __all__ = [
     "Backbone",

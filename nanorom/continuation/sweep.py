@@ -12,10 +12,10 @@ import attrs
 import numpy as np
 from scipy.integrate import odeint
 
+from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
-
-from .system import Array, ModalSystem, ScaledSystem
-from .threads import one_thread
+from nanorom.types import Array
 
 SAMPLES = 64  # of a period, to read amplitudes
 

@@ -12,15 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import attrs
 import numpy as np
-from numpy.typing import NDArray
 
 from nanorom.errors import ContinuationError
+from nanorom.types import Array, Numbers
 
-Array = NDArray[Any]
 BITS = 43
 TENSORS = ("damping", "stiffness", "quadratic", "cubic", "cubic_damping")
 
@@ -323,7 +321,7 @@ class ScaledSystem:
         """The same entries without their signs: what may act on what."""
         return replace(self, **{name: np.abs(getattr(self, name)) for name in ARRAYS})
 
-    def restrict(self, modes: Array) -> ScaledSystem:
+    def restrict(self, modes: Numbers) -> ScaledSystem:
         """The same equations with every mode outside `modes` at rest."""
         m = np.asarray(modes)
         if len(m) == self.size:

@@ -2,50 +2,21 @@
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache
 
-# names of the same functions in different builds of OpenBLAS
-PREFIXES = ("", "scipy_")
-SUFFIXES = ("", "64_", "_64_")
+from threadpoolctl import ThreadpoolController
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Run the body, or the decorated function, with OpenBLAS on one thread; restore it
-    afterwards.
-    """
-    controls = _controls()
-    before = [get() for get, _ in controls]
-    for _, put in controls:
-        put(1)
-    try:
+    """Run the body, or the decorated function, with BLAS on one thread; restored afterwards."""
+    with _blas().limit(limits=1, user_api="blas"):
         yield
-    finally:
-        for (_, put), count in zip(controls, before):
-            put(count)
 
 
-@lru_cache(maxsize=1)
-def _controls() -> list[tuple[Callable[[], int], Callable[[int], None]]]:
-    """Get and set functions of the OpenBLAS libraries in this process (Linux; none elsewhere)."""
-    try:
-        with open("/proc/self/maps") as handle:
-            paths = {line.split()[-1] for line in handle if "blas" in line and ".so" in line}
-    except OSError:
-        return []
-    found = []
-    for path in sorted(paths):
-        try:
-            library = ctypes.CDLL(path)
-        except OSError:
-            continue
-        for prefix in PREFIXES:
-            for suffix in SUFFIXES:
-                get = getattr(library, f"{prefix}openblas_get_num_threads{suffix}", None)
-                put = getattr(library, f"{prefix}openblas_set_num_threads{suffix}", None)
-                if get is not None and put is not None:
-                    found.append((get, put))
-    return found
+@cache
+def _blas() -> ThreadpoolController:
+    """The BLAS libraries of this process, looked for once: SciPy has loaded its own by now."""
+    return ThreadpoolController()

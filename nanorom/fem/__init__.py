@@ -1,5 +1,1 @@
 """The finite-element half: from a scene to its reduced model, on DOLFINx, PETSc and SLEPc."""
-
-from nanorom.fem.reduce import reduce_scene
-
-__all__ = ["reduce_scene"]

@@ -10,11 +10,12 @@ from math import comb
 import attrs
 import numpy as np
 
-from nanorom.fem import discretisation
-from nanorom.fem.discretisation import Discretisation
+from nanorom.fem.mesh import discretisation
+from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.scales import Scales
 from nanorom.fem.symmetry import Mirrors, is_of_revolution, is_symmetric
-from nanorom.scene import Disc, MeshFile, Scene
+from nanorom.scene.geometry import Disc, MeshFile
+from nanorom.scene.scene import Scene
 
 EXTRAPOLATED = 3  # amplitudes, each half of the last, from which a shell's STEP goes to nothing
 SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
@@ -133,7 +134,8 @@ class Plan:
             self._bending_item(),
             _mirror_item(mirrors),
             Item(
-                f"{scene.modes.highest} lowest modes", True,
+                f"{scene.modes.highest} lowest modes",
+                True,
                 "no mode beyond them but the partners of near ones",
             ),
             Item("quadratic tensor", False, "a flat film without load does not tell its sides")
@@ -142,18 +144,21 @@ class Plan:
             Item(f"cubic tensor by {self.route}: {cases} static solutions", True, "")
             if cases == all_cases
             else Item(
-                f"cubic tensor by {self.route}: at most {cases} static solutions", True,
+                f"cubic tensor by {self.route}: at most {cases} static solutions",
+                True,
                 f"of {all_cases}: of load cases that are mirror images one is solved",
             ),
             Item(
-                f"{n**4 - comb(n + 3, 4)} of {n**4} cubic entries", False,
+                f"{n**4 - comb(n + 3, 4)} of {n**4} cubic entries",
+                False,
                 "they follow from the others: the force has a potential",
             ),
         ]
         if is_of_revolution(scene) and scene.plate.model != "shell":
             found.append(
                 Item(
-                    "entries whose nodal diameters cannot add up to 0", False,
+                    "entries whose nodal diameters cannot add up to 0",
+                    False,
                     "they are zero on a body of revolution",
                 )
             )
@@ -219,7 +224,8 @@ def _mirror_item(mirrors: Mirrors) -> Item:
         return Item("the whole film", True, "it is not cut at mirrors")
     part = {2: "half", 4: "three quarters"}[mirrors.copies]
     return Item(
-        f"{part} of the film", False,
+        f"{part} of the film",
+        False,
         f"its own mirror image in {' and '.join(mirrors.axes)}; products of odd parity vanish",
     )
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from nanorom.scene import Disc, MeshFile, Scene
+from nanorom.scene.geometry import Disc, MeshFile
+from nanorom.scene.scene import Scene
 
 
 @attrs.frozen

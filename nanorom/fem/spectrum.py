@@ -13,16 +13,21 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from nanorom.errors import SceneError
-from nanorom.fem import algebra, compat, discretisation, labels
-from nanorom.fem import modes as eigen
-from nanorom.fem.build import build_plate
-from nanorom.fem.modes import ClassSolver, Modes
-from nanorom.fem.ritz import LinearForce
+from nanorom.fem.fields.places import bounding_box
+from nanorom.fem.mesh import discretisation
+from nanorom.fem.models import operators
+from nanorom.fem.models.build import build_plate
+from nanorom.fem.models.operators import LinearForce
+from nanorom.fem.modes import eigen
+from nanorom.fem.modes import names as labels
+from nanorom.fem.modes.eigen import ClassSolver, Modes
 from nanorom.fem.scales import Scales
-from nanorom.fem.shapes import bounding_box
+from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import Parity
-from nanorom.scene import Scene, String, Tension
-from nanorom.spectra import Lines, RitzClass, RitzSpectrum
+from nanorom.rom.spectrum import Lines, RitzClass, RitzSpectrum
+from nanorom.scene.film import Tension
+from nanorom.scene.geometry import String
+from nanorom.scene.scene import Scene
 
 RATIOS = (1e-3, 2e-2, 0.4)  # D/(T L^2) of the modes that span Ritz' basis
 DEPENDENT = 1e-12  # of the largest square: shapes of the basis that add nothing to the others
@@ -54,7 +59,7 @@ class Spectrum:
             for constant in self.constants:
                 constant.value = 0.0
             part.value = 1.0
-            self.parts.append(dict(eigen.ClassStiffness(plate)))
+            self.parts.append(dict(operators.ClassStiffness(plate)))
         self.force = LinearForce.of(plate)
         self.units = np.array(units)
 
@@ -95,9 +100,7 @@ class Spectrum:
             classes.append(self._projected(parts, shapes[:, own], [names[i] for i in own]))
         return RitzSpectrum(tuple(classes))
 
-    def _projected(
-        self, parts: list[PETSc.Mat], shapes: np.ndarray, names: list[str]
-    ) -> RitzClass:
+    def _projected(self, parts: list[PETSc.Mat], shapes: np.ndarray, names: list[str]) -> RitzClass:
         """Stiffness in the span of shapes (owned dofs, s). Collective."""
         sums = self.plate.domain.comm.allreduce
         squares, vectors = np.linalg.eigh(sums(shapes.T @ algebra.multiply(self.mass, shapes)))
@@ -122,12 +125,8 @@ class Spectrum:
         for constant, weight in zip(self.constants, weights):
             constant.value = weight
         matrices = {p: self._combined(weights, p) for p in self.plate.mirrors.classes}
-        solvers = {
-            p: ClassSolver(self.plate, p, matrices, self.mass, self.force) for p in matrices
-        }
-        modes = eigen.lowest_of_classes(
-            self.plate, solvers, matrices, self.mass, self.force, count
-        )
+        solvers = {p: ClassSolver(self.plate, p, matrices, self.mass, self.force) for p in matrices}
+        modes = eigen.lowest_of_classes(self.plate, solvers, matrices, self.mass, self.force, count)
         scene = attrs.evolve(self.scene, tension=Tension(*stiffness[:2]))
         return labels.name(scene, modes)
 

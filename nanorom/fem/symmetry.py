@@ -13,7 +13,8 @@ from itertools import product
 import attrs
 import numpy as np
 
-from nanorom.scene import Disc, Rectangle, Scene
+from nanorom.scene.geometry import Disc, Rectangle
+from nanorom.scene.scene import Scene
 
 Parity = tuple[int, ...]  # one entry per mirror: 0 even, 1 odd
 

@@ -10,17 +10,20 @@ import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import SceneError, SolverError
-from nanorom.fem import algebra, compat, loaded, loadpath, state
-from nanorom.fem import film as films
-from nanorom.fem.build import build_plate
-from nanorom.fem.loadpath import PathPoint
-from nanorom.fem.modes import UnstableError
+from nanorom.fem.fields import places
+from nanorom.fem.models.build import build_plate
+from nanorom.fem.modes import coupled
+from nanorom.fem.modes.eigen import UnstableError
 from nanorom.fem.plan import Plan
-from nanorom.fem.statics import StaticProblem
+from nanorom.fem.solvers import algebra, compat
+from nanorom.fem.statics import loads, state
+from nanorom.fem.statics import path as loadpath
+from nanorom.fem.statics.path import PathPoint
+from nanorom.fem.statics.problem import StaticProblem
 from nanorom.fem.symmetry import is_symmetric
-from nanorom.load import VACUUM_PERMITTIVITY, Load
-from nanorom.loadcurve import UNITS, LoadCurve
-from nanorom.scene import Scene
+from nanorom.results.loadcurve import UNITS, LoadCurve
+from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
+from nanorom.scene.scene import Scene
 
 POINTS = 20
 MOST_DETOUR = 20  # steps of a path per point asked for
@@ -111,23 +114,25 @@ class LoadedFilm:
         found = state.load_on(self.film, load, self.units)
         assert found is not None  # it has the quantity
         self._unit = found
-        self.problem = films.problem(self.film, found)
+        self.problem = loads.problem(self.film, found)
         self.problem.solve(0.0)  # the pre-stress may relax
         self.lumped = self._lumped_pull_in()
 
     def accept(self, _: StaticProblem) -> bool:
         """No part of the film is at the gate."""
-        return films.admissible(self.film, self._unit)
+        return loads.admissible(self.film, self._unit)
 
     def row(self, point: PathPoint) -> tuple[float, float, float, np.ndarray]:
         """Load in SI, deflections in m and frequencies in Hz of the problem's current state."""
         w, count = self.film.deflection(), self.scene.modes.highest
-        centre = films.centre_value(self.plate, w)
+        centre = places.centre_value(self.plate, w)
         largest = max(self.comm.allgather(w[np.abs(w).argmax()]), key=abs)
         frequency = np.full(count, np.nan)
         if point.stable and not point.limit:
             try:
-                modes = loaded.solve(self.film.about(self._unit, point.magnitude), count)
+                modes = coupled.solve(
+                    self.film.about(self._unit.attraction(point.magnitude)), count
+                )
                 frequency = self.scales.frequency(modes.eigenvalues[:count])
             except UnstableError:  # at a limit point, to rounding
                 pass
@@ -151,11 +156,11 @@ class LoadedFilm:
         """Pull-in voltage of a rigid plate on a spring of the film's mean stiffness."""
         if self.quantity != "voltage" or self.load.gap is None or self.plate.shape is not None:
             return None
-        uniform = films.problem(self.film, films.pressure(self.film))
+        uniform = loads.problem(self.film, loads.pressure(self.film))
         uniform.factorise()
         pressure = uniform.load()
         work = pressure @ uniform.back_substitute(pressure)  # int w dA under unit pressure
-        one = compat.form(films.pressure(self.film).form)
+        one = compat.form(loads.pressure(self.film).form)
         area = float(algebra.assemble_vector(one)[2::3].sum())
         work, area = self.comm.allreduce(np.array([work, area]))
         stiffness = area / work * self.units.pressure / self.units.deflection  # Pa/m

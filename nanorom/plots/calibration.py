@@ -7,13 +7,16 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from nanorom.instrument import Calibration, force_of_fold
-from nanorom.plots.style import COLUMN, save, scaled, styled
-from nanorom.rom import ReducedModel
-
-Array = NDArray[np.float64]
+from nanorom.measurement.calibration import Calibration, force_of_fold
+from nanorom.plots.style import (
+    COLUMN,
+    save,
+    scaled,
+    styled,
+)
+from nanorom.rom.model import ReducedModel
+from nanorom.types import Array
 
 POINTS = 400
 COLUMNS = 2

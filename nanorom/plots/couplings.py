@@ -9,8 +9,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from nanorom.plots.style import COLUMN, save, styled
-from nanorom.rom import ReducedModel
-from nanorom.tables import CoefficientTable
+from nanorom.rom.model import ReducedModel
+from nanorom.rom.tables import CoefficientTable
 
 DARK = 0.6  # of the colour map: text on darker cells is white
 

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.cm import autumn
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from nanorom.errors import FileError
-from nanorom.measured import MeasuredResponse
-
-Array = NDArray[np.float64]
+from nanorom.measurement.data import MeasuredResponse
+from nanorom.types import Array
 
 MARKERS = {"up": "^", "down": "v", "": "o"}
 BRIGHTEST = 0.6  # of the colour map

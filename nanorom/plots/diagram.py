@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nanorom.continuation import Diagram, PeriodicOrbit, Sweep
-from nanorom.plots.response import (
+from nanorom.continuation.orbits.bifurcations import SPECIAL_POINTS
+from nanorom.plots.curves import (
     NEUTRAL,
     TAKES_PART,
     line_style,
@@ -20,7 +21,6 @@ from nanorom.plots.response import (
     stretches,
 )
 from nanorom.plots.style import COLUMN, save, styled
-from nanorom.response import SPECIAL_POINTS
 
 SWEPT = ("C3", "C2")  # colours of sweeps, say up and down
 RECORDED: Any = {"marker": ".", "markersize": 4.5, "linewidth": 0.6, "alpha": 0.45, "zorder": 1.5}

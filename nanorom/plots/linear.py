@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from nanorom import aim
 from nanorom.errors import ModelError
-from nanorom.linear import linear_response
-from nanorom.plots.resonances import spread
-from nanorom.plots.style import COLUMN, save, scaled, styled
-from nanorom.rom import ReducedModel
+from nanorom.plots.names import NAMES_HEIGHT, name_lines
+from nanorom.plots.style import (
+    COLUMN,
+    save,
+    scaled,
+    styled,
+)
+from nanorom.rom import patterns
+from nanorom.rom.linear import linear_response
+from nanorom.rom.model import ReducedModel
 
 POINTS = 4000
-NAMES_APART = 0.042  # of the axis
-NAMES_HEIGHT = 22  # points above the axis that rotated names need
 
 
 @styled
@@ -47,7 +49,7 @@ def linear_figure(
         frequency = np.unique(np.concatenate([np.linspace(low, high, POINTS), *near]))
         frequency = frequency[(frequency >= low) & (frequency <= high)]
         amplitude = linear_response(model, force[title], frequency)
-        deflection = np.abs(amplitude @ aim.point(model.shapes, position))
+        deflection = np.abs(amplitude @ patterns.point(model.shapes, position))
         length = scaled(deflection, "m")
         axes.semilogy(unit * frequency, length[0] * deflection, color="C0")
         axes.set_xlim(unit * low, unit * high)
@@ -58,20 +60,3 @@ def linear_figure(
     if path is not None:
         save(figure, path)
     return figure
-
-
-def name_lines(axes: Any, places: Sequence[float] | np.ndarray, names: Sequence[str]) -> None:
-    """Draw thin lines at rising places of the x axis, their names upright above the axes.
-
-    What lies outside the limits of the axis is left out.
-    """
-    low, high = axes.get_xlim()
-    shown = [(place, name) for place, name in zip(places, names) if low <= place <= high]
-    if not shown:
-        return
-    places, names = zip(*shown)
-    where = spread(np.array(places), NAMES_APART * (high - low))
-    style = {"rotation": 90, "ha": "center", "va": "bottom", "fontsize": 6}
-    for line, place, name in zip(places, where, names):
-        axes.axvline(line, color="0.75", linewidth=0.5, zorder=0)
-        axes.text(place, 1.02, name, transform=axes.get_xaxis_transform(), **style)

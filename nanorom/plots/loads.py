@@ -8,8 +8,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nanorom.loadcurve import UNITS, LoadCurve
-from nanorom.plots.style import COLUMN, save, scaled, styled
+from nanorom.plots.style import (
+    COLUMN,
+    save,
+    scaled,
+    styled,
+)
+from nanorom.results.loadcurve import UNITS, LoadCurve
 
 MOST_NAMED = 6  # modes; more of them have no legend
 

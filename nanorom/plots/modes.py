@@ -13,8 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from nanorom.errors import ModelError
-from nanorom.plots.style import COLUMN, save, styled, with_unit
-from nanorom.rom import ReducedModel, Shapes
+from nanorom.plots.style import (
+    COLUMN,
+    save,
+    styled,
+    with_unit,
+)
+from nanorom.rom.model import ReducedModel
+from nanorom.rom.shapes import Shapes
 
 COLOURS = "RdBu_r"
 TITLE = 0.27  # height in inches of the two lines above a panel
@@ -58,9 +64,7 @@ def mode_gallery(model: ReducedModel, path: str | Path | None = None) -> Figure:
         values = model.shapes.values[mode].clip(-1, 1)
         # not contours: their search never ends where triangles shrink towards corners
         axes.tripcolor(triangulation, values, vmin=-1, vmax=1, cmap=COLOURS, shading="gouraud")
-        axes.add_collection(
-            LineCollection(edge, colors="0.25", linewidths=0.6, capstyle="round")
-        )
+        axes.add_collection(LineCollection(edge, colors="0.25", linewidths=0.6, capstyle="round"))
         axes.set_title(_title(model, mode), y=1.0, pad=2, linespacing=1.15)
         axes.set_aspect(shown / ratio)
         axes.margins(0.01)

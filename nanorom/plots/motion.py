@@ -13,18 +13,22 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
-from numpy.typing import NDArray
 
-from nanorom import motion
 from nanorom.continuation import Branch, PeriodicOrbit
 from nanorom.errors import ModelError
-from nanorom.files import atomic_path
+from nanorom.files.whole import atomic_path
+from nanorom.plots.curves import NEUTRAL, TAKES_PART, UNSTABLE
 from nanorom.plots.modes import outline
-from nanorom.plots.response import NEUTRAL, TAKES_PART, UNSTABLE
-from nanorom.plots.style import COLUMN, save, scaled, styled, with_unit
-from nanorom.rom import ReducedModel
-
-Array = NDArray[np.float64]
+from nanorom.plots.style import (
+    COLUMN,
+    save,
+    scaled,
+    styled,
+    with_unit,
+)
+from nanorom.rom import motion
+from nanorom.rom.model import ReducedModel
+from nanorom.types import Array
 
 COLOURS = "RdBu_r"
 SURFACE = "coolwarm"  # no white in the middle: a flat film must be seen

@@ -5,13 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 from matplotlib.figure import Figure
 
-from nanorom.plots.style import COLUMN, save, scaled, styled
+from nanorom.plots.names import spread
+from nanorom.plots.style import (
+    COLUMN,
+    save,
+    scaled,
+    styled,
+)
 
 if TYPE_CHECKING:
-    from nanorom.identify import Identification
+    from nanorom.measurement.identify import Identification
 
 APART = 0.035  # of the axis: names nearer than this are moved apart
 
@@ -61,27 +66,3 @@ def resonance_figure(found: Identification, path: str | Path | None = None) -> F
     if path is not None:
         save(figure, path)
     return figure
-
-
-def spread(places: np.ndarray, apart: float) -> np.ndarray:
-    """Rising places moved as little as needed to be ``apart`` from each other."""
-    places = places.astype(float).copy()
-    clusters = [[x] for x in places]
-    centres = list(places)
-    merged = True
-    while merged:
-        merged = False
-        for i in range(len(centres) - 1):
-            reach = 0.5 * apart * (len(clusters[i]) + len(clusters[i + 1]))
-            if centres[i + 1] - centres[i] < reach - 1e-12:
-                clusters[i] += clusters.pop(i + 1)
-                centres[i] = float(np.mean(clusters[i]))
-                centres.pop(i + 1)
-                merged = True
-                break
-    return np.concatenate(
-        [
-            centre + apart * (np.arange(len(members)) - 0.5 * (len(members) - 1))
-            for centre, members in zip(centres, clusters)
-        ]
-    )

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from PIL import Image
 
-from nanorom.files import atomic_path
+from nanorom.files.whole import atomic_path
 
 COLUMN = 85 / 25.4  # width in inches of a journal column
 RESOLUTION = 300  # dots per inch: 1004 pixels across a column

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from nanorom.beam import Beam, modes
 from nanorom.errors import SceneError, SolverError
-from nanorom.fem import reduce_scene
-from nanorom.scene import Disc, Material, Modes, Plate, Scene, String, Support, Tension
+from nanorom.fem.models.beam import Beam, modes
+from nanorom.fem.reduce import reduce_scene
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import Disc, String
+from nanorom.scene.scene import Modes, Scene
+from nanorom.scene.support import Support
 
 EXACT = 1e-10
 

@@ -30,10 +30,11 @@ from pathlib import Path
 import numpy as np
 
 from nanorom.continuation import Diagram, ModalSystem, explore
-from nanorom.excitation import Drive, Sweep
-from nanorom.export import export
-from nanorom.response import respond
-from nanorom.rom import ReducedModel
+from nanorom.export.export import export
+from nanorom.results.respond import respond
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Sweep
 
 SAME = 1e-4
 AUTO_TYPES = {1: "BP", 2: "LP", 5: "LP", 6: "BP", 7: "PD", 8: "NS"}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nanorom.fem import loadpath
+from nanorom.fem.statics import path
 from tests.fem_shell import sze_cases
 
 MESHES = {  # degree and cells along a side
@@ -27,7 +27,7 @@ def curve(name):
     shell, problem, largest, observed = sze_cases.CASES[name](*MESHES[name])
     table = sze_cases.table(name)
     rows = []
-    for published, _ in zip(table, loadpath.load_steps(problem, table[:, 0] * largest)):
+    for published, _ in zip(table, path.load_steps(problem, table[:, 0] * largest)):
         ours = sze_cases.observe(shell, observed)
         rows.append([published[0], *np.column_stack([ours, published[1:]]).ravel()])
     return np.array(rows)

@@ -7,9 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nanorom.bench import curves, exact, measure, polar, report, skips, spectral
-from nanorom.cli import main
-from nanorom.scene import Modes
+from nanorom.bench import (
+    curves,
+    measure,
+    report,
+    skips,
+)
+from nanorom.cli.main import main
+from nanorom.exact import cases, polar
+from nanorom.exact import drum as spectral
+from nanorom.scene.scene import Modes
 from tests.fem.exact import clamped_disc, drum_tensor
 
 SPECTRAL = 1e-11  # of both spectral solutions
@@ -43,7 +50,7 @@ def test_ritz_drum_becomes_the_isotropic_one():
 
 def test_ritz_drum_has_the_papers_frequencies():
     """Provenance: spectral solution in another basis, ten digits, MHz."""
-    found = exact.paper_drum(15).frequency() / 1e6
+    found = cases.paper_drum(15).frequency() / 1e6
     known = [21.15119357, 35.43957465, 36.72212759, 51.91279396, 52.14308452, 57.68114750]
     assert found[:6] == pytest.approx(known, rel=2e-10)
     assert found[14] == pytest.approx(110.27634740, rel=2e-10)
@@ -51,7 +58,7 @@ def test_ritz_drum_has_the_papers_frequencies():
 
 def test_pinned_string_stretches_as_its_sines():
     """B_1111 = E A/(2 L^3) (pi^2/2)^2, B_1133 = 9/3 of it."""
-    case = exact.string(3, ends="simply_supported")
+    case = cases.string(3, ends="simply_supported")
     geometry = case.scene.geometry
     stretch = case.scene.material.youngs_modulus * case.scene.plate.thickness * geometry.width
     expected = stretch / (2 * geometry.length**3) * (np.pi**2 / 2) ** 2
@@ -76,7 +83,7 @@ def test_rotated_shapes_are_made_unique():
 
 
 def test_bare_dolfinx_converges_to_the_exact_drum():
-    case = exact.drum(curves.KAPPA, count=3)
+    case = cases.drum(curves.KAPPA, count=3)
     coarse, fine = curves.bare_dolfinx(case, {3: ((3, 6), (3,))})
     assert fine.error < 0.2 * coarse.error
     assert fine.error < 0.02
@@ -95,25 +102,25 @@ def test_quick_benchmark_leaves_table_and_picture(tmp_path, monkeypatch):
 
 
 def test_refused_scene_is_a_row_with_the_reason():
-    case = exact.with_tolerance(exact.drum(-20.0, count=1), 1e-3)
+    case = cases.with_tolerance(cases.drum(-20.0, count=1), 1e-3)
     row = measure.reduction(case, repeats=0)
     assert np.isnan(row.seconds) and "not stable" in row.note
     assert "-" in report.line(row)
 
 
 def test_square_reference_tells_its_provenance():
-    data = json.loads((Path(exact.DATA) / "square-membrane.json").read_text())
+    data = json.loads((Path(cases.DATA) / "square-membrane.json").read_text())
     assert "no finite elements" in data["provenance"]
 
 
 def test_blocks_by_symmetry_save_load_cases_and_change_nothing():
-    scene = exact.with_tolerance(exact.paper_drum(), 1e-3).scene
+    scene = cases.with_tolerance(cases.paper_drum(), 1e-3).scene
     saving = skips.opposite_cases(scene.with_(modes=Modes(count=3)))
     assert saving.difference < SKIPPED
 
 
 def test_mirror_images_save_load_cases_and_change_nothing():
-    scene = exact.with_tolerance(exact.paper_drum(4), 1e-3).scene
+    scene = cases.with_tolerance(cases.paper_drum(4), 1e-3).scene
     assert skips.image_cases(scene).difference < SKIPPED
 
 
@@ -122,7 +129,7 @@ def test_beam_saves_the_plate_strip_and_changes_nothing():
 
 
 def test_mirrors_and_pairs_save_work_and_change_nothing():
-    scene = exact.with_tolerance(exact.paper_drum(), 1e-3).scene.with_(modes=Modes(count=3))
+    scene = cases.with_tolerance(cases.paper_drum(), 1e-3).scene.with_(modes=Modes(count=3))
     quarter = skips.plan(scene)
     for full in (skips.plan(scene, skips.WholePlan), skips.plan(scene.with_(method="step"))):
         # both meshes are right to the scene's tolerance; a quarter is that of the whole

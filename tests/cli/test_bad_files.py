@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from nanorom.cli import main
+from nanorom.cli.main import main
 
 SWEEP = '[drive]\ndirect = "1 mPa"\n[sweep]\nfrom = "0.98 f1"\nto = "1.02 f1"\n'
 SQUARE = [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)]  # two unit squares side by side

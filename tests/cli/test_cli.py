@@ -14,9 +14,9 @@ import h5py
 import numpy as np
 import pytest
 
-from nanorom.cli import main
-from nanorom.response import Response
-from nanorom.rom import ReducedModel
+from nanorom.cli.main import main
+from nanorom.results.response import Response
+from nanorom.rom.model import ReducedModel
 
 # Clamped plate with T_x != T_y of Keskekler et al. with E = 410 GPa, in Hz: spectral solution that
 # is independent of finite elements, all digits converged.
@@ -144,7 +144,7 @@ def test_summary_agrees_with_the_files(results):
 
 
 def test_scene_in_the_model_reads_back_as_the_scene(results, drum_toml):
-    from nanorom.scene import Scene
+    from nanorom.scene.scene import Scene
 
     assert Scene.from_toml(ReducedModel.load(results / "rom.h5").scene) == Scene.from_toml(
         drum_toml
@@ -312,7 +312,7 @@ def test_second_half_works_where_the_finite_element_libraries_are_absent(tmp_pat
     script = (
         "import sys\n"
         f"for name in {FINITE_ELEMENTS}: sys.modules[name] = None\n"
-        "from nanorom.cli import main\n"
+        "from nanorom.cli.main import main\n"
         f"sys.exit(main(['respond', {str(rom)!r}, {str(sweep)!r}, '-o', 'response.h5'])\n"
         "    or main(['plot', 'response.h5']) or main(['plot', 'rom.h5'])\n"
         "    or main(['info', 'response.h5']))\n"
@@ -325,7 +325,7 @@ def test_reducing_without_dolfinx_names_the_remedy(tmp_path, scene):
     script = (
         "import sys\n"
         f"for name in {FINITE_ELEMENTS}: sys.modules[name] = None\n"
-        "from nanorom.cli import main\n"
+        "from nanorom.cli.main import main\n"
         f"sys.exit(main(['reduce', {str(scene)!r}, '-o', 'rom.h5']))\n"
     )
     done = python("-c", script, cwd=tmp_path)
@@ -333,7 +333,7 @@ def test_reducing_without_dolfinx_names_the_remedy(tmp_path, scene):
     assert re.match(r"nanorom: error: this needs DOLFINx.*container image\n$", done.stderr)
 
 
-@pytest.mark.parametrize("module", ["nanorom", "nanorom.cli"])
+@pytest.mark.parametrize("module", ["nanorom", "nanorom.cli.main"])
 def test_importing_the_package_and_its_command_line_is_cheap(module):
     done = python("-c", f"import sys, {module}; print(*sys.modules)")
     assert done.returncode == 0, done.stderr
@@ -395,7 +395,7 @@ def test_bad_input_is_one_line_before_any_work(
         raise AssertionError("the reduction has started")
 
     monkeypatch.setattr("nanorom.workflow.reduce", too_late)
-    monkeypatch.setattr("nanorom.response.explore_each", too_late)
+    monkeypatch.setattr("nanorom.results.respond.explore_each", too_late)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.toml").write_text(drum_toml.replace("10 nm", "-10 nm"))
     (tmp_path / "many.toml").write_text(SWEEP.replace("= 50", "= [1, 2, 3]"))
@@ -454,16 +454,16 @@ def test_only_the_first_rank_speaks(monkeypatch, capsys):
 
 
 def test_warning_is_one_line_and_no_failure(rom, monkeypatch, capsys):
-    from nanorom import cli
+    from nanorom.cli import commands
     from nanorom.errors import AccuracyWarning
 
-    load = cli._load
+    load = commands._load
 
     def warn(path):
         warnings.warn("less\naccurate", AccuracyWarning, stacklevel=1)
         return load(path)
 
-    monkeypatch.setattr(cli, "_load", warn)
+    monkeypatch.setattr(commands, "_load", warn)
     assert main(["info", str(rom)]) == 0
     assert capsys.readouterr().err == "nanorom: warning: less accurate\n"
 
@@ -472,7 +472,7 @@ def test_interrupt_is_one_line(monkeypatch, capsys):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("nanorom.cli._load", interrupt)
+    monkeypatch.setattr("nanorom.cli.commands._load", interrupt)
     assert main(["info", "rom.h5"]) == 130
     assert capsys.readouterr().err == "nanorom: error: interrupted\n"
 

@@ -6,8 +6,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nanorom.errors import NanoromError
-from nanorom.excitation import Excitation
-from nanorom.measured import Resonances
+from nanorom.measurement.data import Resonances
+from nanorom.scene.excitation import Excitation
 
 FEW = settings(max_examples=60, suppress_health_check=list(HealthCheck), deadline=None)
 

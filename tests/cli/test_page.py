@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import nanorom
-from nanorom import page
-from nanorom.response import respond
-from nanorom.scene import Drive, Sweep
-from nanorom.tables import CoefficientTable
+from nanorom.report import page
+from nanorom.results.respond import respond
+from nanorom.rom.tables import CoefficientTable
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Sweep
 
 SECONDS = {"reduce": 1.25, "respond": 2.5}
 NEEDS_NETWORK = ("http:", "https:", "//", "@import", "url(")

@@ -12,7 +12,7 @@ from scipy.io import loadmat
 
 from nanorom.continuation import explore
 from nanorom.errors import FileError
-from nanorom.export import export
+from nanorom.export.export import export
 from tests.continuation.systems import from_monomials, random_potential
 
 AUTO_AGREES = 1e-4

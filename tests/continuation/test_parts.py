@@ -8,20 +8,27 @@ from numpy.polynomial.polynomial import polyval
 from scipy.integrate import solve_ivp
 from scipy.special import gamma
 
-from nanorom.continuation.balance import HarmonicBalance
-from nanorom.continuation.floquet import FloquetSolver
-from nanorom.continuation.harmonics import (
+from nanorom.continuation.branches.rational import (
+    denominator,
+    multiplied,
+    reach,
+    real_roots,
+)
+from nanorom.continuation.branches.series import Series, SeriesExpansion
+from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.orbits.balance import HarmonicBalance
+from nanorom.continuation.orbits.floquet import FloquetSolver
+from nanorom.continuation.orbits.harmonics import (
     basis_for,
     differentiate,
     forced_support,
     fourier_matrix,
     full_support,
 )
-from nanorom.continuation.rational import denominator, multiplied, reach, real_roots
-from nanorom.continuation.series import Series, SeriesExpansion
-from nanorom.continuation.shooting import Shooting
+from nanorom.continuation.orbits.orbit import Orbit
+from nanorom.continuation.orbits.shooting import Shooting
+from nanorom.continuation.settings import Settings
 from nanorom.continuation.system import ModalSystem
-from nanorom.continuation.trace import Orbit, Settings, Tracer
 
 ROUND_OFF = 1e-12
 INTEGRATION = 1e-10

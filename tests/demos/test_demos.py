@@ -10,7 +10,8 @@ from scipy.optimize import brentq
 from scipy.special import j1, jn_zeros
 
 import nanorom
-from nanorom.excitation import Drive, Sweep
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Sweep
 from nanorom.workflow import FILES
 
 DEMOS = Path(__file__).parents[2] / "demos"

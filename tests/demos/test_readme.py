@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import nanorom
-from nanorom.cli import main
+from nanorom.cli.main import main
 from tests.demos.accuracy import ROWS
 
 REPOSITORY = Path(__file__).parents[2]

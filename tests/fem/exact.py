@@ -10,7 +10,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ive, jn_zeros, jv, jvp
 
-from nanorom.scene import Accuracy, Disc, Material, Modes, Plate, Scene, Tension
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import Disc
+from nanorom.scene.scene import Accuracy, Modes, Scene
 
 DATA = Path(__file__).parent / "data"
 RADIUS, THICKNESS, MODULUS, DENSITY = 2.5e-6, 10e-9, 410e9, 2267.0

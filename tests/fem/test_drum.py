@@ -6,15 +6,18 @@ import pytest
 from mpi4py import MPI
 
 from nanorom.errors import SolverError
-from nanorom.fem import discretisation, labels, reduce_scene
-from nanorom.fem import modes as eigen
-from nanorom.fem.build import build_plate
-from nanorom.fem.cases import FlatCases
-from nanorom.fem.reduce import check_uncoupled
+from nanorom.fem.mesh import discretisation
+from nanorom.fem.models.build import build_plate
+from nanorom.fem.modes import eigen, names
+from nanorom.fem.modes.normal import normalise
+from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.routes.plate import check_uncoupled
 from nanorom.fem.scales import Scales
-from nanorom.fem.shapes import normalise
-from nanorom.fem.step import StaticCases, load_cases
-from nanorom.scene import Accuracy, Plate, Reduction, Tension
+from nanorom.fem.tensors.flat_cases import FlatCases
+from nanorom.fem.tensors.loaded_cases import StaticCases
+from nanorom.fem.tensors.step import load_cases
+from nanorom.scene.film import Plate, Tension
+from nanorom.scene.scene import Accuracy, Reduction
 from tests.fem.exact import (
     DENSITY,
     MODULUS,
@@ -135,7 +138,7 @@ def solved_modes(scene, whole):
     scales = Scales.of(scene)
     chosen = attrs.evolve(discretisation.choose(scene, scales.length, 0.0, None), whole=whole)
     plate = build_plate(MPI.COMM_WORLD, scene, scales, chosen)
-    return normalise(labels.name(scene, eigen.solve(plate, 4))[0])
+    return normalise(names.name(scene, eigen.solve(plate, 4))[0])
 
 
 def test_step_has_352_load_cases_for_eleven_modes():

@@ -3,20 +3,23 @@
 import numpy as np
 import pytest
 
-from nanorom.bench import accuracy, exact
-from nanorom.fem.accuracy import extrapolated
+from nanorom.bench import accuracy
+from nanorom.exact import cases
+from nanorom.fem.modes.accuracy import extrapolated
 from nanorom.fem.plan import Plan
-from nanorom.scene import Modes, Plate, Support, Tension
+from nanorom.scene.film import Plate, Tension
+from nanorom.scene.scene import Modes
+from nanorom.scene.support import Support
 from nanorom.workflow import reduce
 from tests.fem.test_plan import rectangle
 
 CASES = {
-    "plate": lambda: (exact.drum(0.0, 5), 1e-6),
-    "one mode": lambda: (exact.drum(100.0, 1), 1e-8),
-    "edge layer": lambda: (exact.drum(1e3, 5), 1e-4),
-    "thin edge layer": lambda: (exact.drum(1e5, 5), 1e-6),
-    "near buckling": lambda: (exact.drum(-0.9999 * exact.BUCKLING, 3), 1e-6),
-    "corners": lambda: (exact.square(4), 1e-5),
+    "plate": lambda: (cases.drum(0.0, 5), 1e-6),
+    "one mode": lambda: (cases.drum(100.0, 1), 1e-8),
+    "edge layer": lambda: (cases.drum(1e3, 5), 1e-4),
+    "thin edge layer": lambda: (cases.drum(1e5, 5), 1e-6),
+    "near buckling": lambda: (cases.drum(-0.9999 * cases.BUCKLING, 3), 1e-6),
+    "corners": lambda: (cases.square(4), 1e-5),
 }
 ROUNDING = 1e-12  # of frequencies
 FINE = 1e-10  # tolerance of the mesh that a clamped rectangle is held against
@@ -25,14 +28,14 @@ FINE = 1e-10  # tolerance of the mesh that a clamped rectangle is held against
 @pytest.mark.parametrize("case", CASES)
 def test_estimates_are_neither_too_small_nor_a_hundred_times_too_large(case):
     known, tolerance = CASES[case]()
-    claim = accuracy.claim(exact.with_tolerance(known, tolerance), tolerance)
+    claim = accuracy.claim(cases.with_tolerance(known, tolerance), tolerance)
     assert claim.verdict == "ok", claim
 
 
 def test_the_papers_drum_takes_few_unknowns():
     """Two rings of cells for 1e-3, three for 1e-5."""
     for tolerance, most in ((1e-3, 300), (1e-5, 500)):
-        model = reduce(exact.with_tolerance(exact.paper_drum(), tolerance).scene)
+        model = reduce(cases.with_tolerance(cases.paper_drum(), tolerance).scene)
         found = model.diagnostics
         assert found["dofs"] < most
         assert max(found["error_frequency"], found["error_tensor"]) < tolerance
@@ -71,7 +74,7 @@ def test_cells_towards_an_edge_lie_in_order_within_the_film():
             points = np.zeros((int(chosen.parameters[number]) + 1, 2))
             points[:, axis] = chosen.parameters[side] / 2 * np.linspace(0, 1, len(points))
             assert (np.diff(chosen.grading.move(points)[:, axis]) > 0).all()
-        drum = exact.drum(1e3 * tension, count).scene
+        drum = cases.drum(1e3 * tension, count).scene
         chosen = Plan.of(drum).discretisation(tolerance)
         points = np.linspace(0, 1, int(chosen.parameters["rings"]) + 1)[:, None] * [1.0, 0.0]
         assert (np.diff(chosen.grading.move(points)[:, 0]) > 0).all()
@@ -79,7 +82,7 @@ def test_cells_towards_an_edge_lie_in_order_within_the_film():
 
 @pytest.mark.parametrize(("split", "tolerance"), [(1e-7, 1e-8), (1e-9, 1e-6)])
 def test_split_pairs_are_told_to_the_tolerance_and_their_mean_as_an_error(split, tolerance):
-    case = exact.with_tolerance(exact.square(4, split), tolerance)
+    case = cases.with_tolerance(cases.square(4, split), tolerance)
     model = reduce(case.scene)
     error = np.abs(model.frequency / np.sort(case.frequency()) - 1).max()
     assert error <= tolerance

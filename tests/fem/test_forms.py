@@ -5,10 +5,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from nanorom.fem import algebra, compat, forms
-from nanorom.fem.build import build_plate
+from nanorom.fem.models.build import build_plate
 from nanorom.fem.plan import Plan
-from nanorom.scene import Accuracy, Plate, Rectangle, Support, Tension
+from nanorom.fem.solvers import algebra, compat, forms
+from nanorom.scene.film import Plate, Tension
+from nanorom.scene.geometry import Rectangle
+from nanorom.scene.scene import Accuracy
+from nanorom.scene.support import Support
 from tests.fem.exact import RADIUS, paper_drum
 
 SAME = 1e-14  # of the largest entry

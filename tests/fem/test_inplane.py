@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import jv, jvp
 
-from nanorom.bench import exact
 from nanorom.errors import AccuracyWarning, SolverError
-from nanorom.scene import Scene
+from nanorom.exact import cases
+from nanorom.scene.scene import Scene
 from nanorom.workflow import reduce
 
 RITZ = 1.75  # a bound from above, from the modes' own products
@@ -29,14 +29,14 @@ def in_plane_frequency_of_a_disc(film):
         values = determinant(grid, n)
         first = np.flatnonzero(values[:-1] * values[1:] < 0)[0]
         lowest = min(lowest, brentq(determinant, grid[first], grid[first + 1], args=(n,)))
-    return lowest * np.sqrt(shear / exact.DENSITY) / (2 * np.pi * film.radius)
+    return lowest * np.sqrt(shear / cases.DENSITY) / (2 * np.pi * film.radius)
 
 
 @pytest.mark.parametrize(("method", "highest"), [("direct", 1.4), ("step", RITZ)])
 def test_in_plane_frequency_is_a_bound_on_the_exact_one_of_a_disc(method, highest):
-    model = reduce(exact.drum(100.0, 6).scene.with_(method=method, tolerance=1e-4))
+    model = reduce(cases.drum(100.0, 6).scene.with_(method=method, tolerance=1e-4))
     found = model.diagnostics["in_plane_frequency"]
-    assert 1 <= found / in_plane_frequency_of_a_disc(exact.Film()) < highest
+    assert 1 <= found / in_plane_frequency_of_a_disc(cases.Film()) < highest
 
 
 def string(count, stress, model="auto"):
@@ -84,5 +84,5 @@ def test_modes_near_the_in_plane_resonances_are_warned_of_and_beyond_them_refuse
 
 
 def test_nothing_is_told_of_a_plane_that_is_held_fixed():
-    model = reduce(exact.drum(100.0, 1).scene.with_(in_plane="fixed", tolerance=1e-3))
+    model = reduce(cases.drum(100.0, 1).scene.with_(in_plane="fixed", tolerance=1e-3))
     assert "in_plane_frequency" not in model.diagnostics

@@ -9,7 +9,8 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from nanorom.errors import MeshError
-from nanorom.fem import compat, mesh
+from nanorom.fem.mesh import mesh
+from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Mirrors
 
 MESHES = Path(mesh.__file__).parents[1] / "meshes"
@@ -38,8 +39,10 @@ def written(folder: Path, nodes: list[tuple], triangles: list[tuple]) -> Path:
     cells = [f"{i + 1} 2 2 1 1 {a} {b} {c}" for i, (a, b, c) in enumerate(triangles)]
     file.write_text(
         HALF_SQUARE.format(
-            n_nodes=len(nodes), nodes="\n".join(lines),
-            n_elements=len(cells), elements="\n".join(cells),
+            n_nodes=len(nodes),
+            nodes="\n".join(lines),
+            n_elements=len(cells),
+            elements="\n".join(cells),
         )
     )
     return file
@@ -59,7 +62,10 @@ def test_quarter_unfolds_to_the_whole_with_all_its_sides():
     whole = mesh.build(MPI.COMM_SELF, file, parameters, unfold=both)
     assert area(whole, 2) == pytest.approx(2.0, rel=1e-14)
     assert {name: len(f) for name, f in whole.facets.items()} == {
-        "left": 4, "right": 4, "bottom": 6, "top": 6,
+        "left": 4,
+        "right": 4,
+        "bottom": 6,
+        "top": 6,
     }
 
 

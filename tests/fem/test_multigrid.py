@@ -5,8 +5,13 @@ import numpy as np
 import pytest
 
 from nanorom.errors import SolverError
-from nanorom.fem import condensation, modes, multigrid, reduce_scene
-from nanorom.scene import Accuracy, Load, Plate, Reduction
+from nanorom.fem.modes import eigen
+from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.solvers import multigrid, patches
+from nanorom.fem.tensors import direct
+from nanorom.scene.film import Plate
+from nanorom.scene.load import Load
+from nanorom.scene.scene import Accuracy, Reduction
 from tests.fem.exact import RADIUS, drum, paper_drum
 
 SAME = 1e-9  # of the largest entry: shapes settle to 1e-10
@@ -38,7 +43,7 @@ def test_multigrid_gives_what_factors_give(scene, method):
         tensor = getattr(expected, name)
         largest = np.abs(tensor).max()
         np.testing.assert_allclose(getattr(found, name), tensor, rtol=0, atol=SAME * largest)
-    assert 0 < found.diagnostics["solver_residual"] < condensation.SOLVED
+    assert 0 < found.diagnostics["solver_residual"] < direct.SOLVED
     assert found.diagnostics["solver_iterations"] > 1
     assert "solver_residual" not in expected.diagnostics
 
@@ -60,12 +65,12 @@ def test_size_decides(monkeypatch):
 
 
 def test_what_the_smoother_misses_is_an_error(monkeypatch):
-    whole = multigrid.VertexPatches.__call__
+    whole = patches.VertexPatches.__call__
 
     def holed(self, residuals):
         return whole(self, residuals) * (np.arange(len(residuals)) % 3 > 0)[:, None]
 
-    monkeypatch.setattr(multigrid.VertexPatches, "__call__", holed)
+    monkeypatch.setattr(patches.VertexPatches, "__call__", holed)
     with pytest.raises(SolverError, match=r"multigrid"):
         reduce_scene(with_solver(drum(100.0, count=2, accuracy=FEW_CELLS), "multigrid"))
 
@@ -75,8 +80,8 @@ def test_unfinished_iterations_are_errors(monkeypatch):
     monkeypatch.setattr(multigrid, "MOST_ITERATIONS", 3)
     with pytest.raises(SolverError, match=r"in-plane stiffness .* error of \d.* in 3 iter"):
         reduce_scene(scene)
-    monkeypatch.setattr(modes, "MOST_STEPS", 1)
-    monkeypatch.setattr(modes, "MOST_ROUNDS", 2)
+    monkeypatch.setattr(eigen, "MOST_STEPS", 1)
+    monkeypatch.setattr(eigen, "MOST_ROUNDS", 2)
     with pytest.raises(SolverError, match=r"still changed by \d.* after 2 rounds"):
         reduce_scene(scene)
 

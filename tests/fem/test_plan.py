@@ -8,27 +8,24 @@ import pytest
 import ufl
 from ffcx.codegeneration import jit
 
-from nanorom.fem import compat, reduce_scene
-from nanorom.fem.discretisation import MESHES
+from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.fem.plan import Plan
-from nanorom.fem.step import StaticCases, coefficients, load_cases
-from nanorom.scene import (
+from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.solvers import compat
+from nanorom.fem.tensors.loaded_cases import StaticCases
+from nanorom.fem.tensors.step import coefficients, load_cases
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Damping, Sweep
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import MeshFile, Rectangle, String
+from nanorom.scene.load import Load
+from nanorom.scene.scene import (
     Accuracy,
-    Damping,
-    Drive,
-    Load,
-    Material,
-    MeshFile,
     Modes,
-    Plate,
-    Rectangle,
     Reduction,
     Scene,
-    String,
-    Support,
-    Sweep,
-    Tension,
 )
+from nanorom.scene.support import Support
 from tests.fem.exact import drum, paper_drum
 from tests.fem.test_drum import solved_modes
 

@@ -4,13 +4,18 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from nanorom.bench import exact
 from nanorom.errors import SolverError
-from nanorom.fem.inplane import InPlane
-from nanorom.fem.step import check_potential, coefficients, load_cases, symmetric
+from nanorom.exact import cases
+from nanorom.fem.tensors.inplane import InPlane
+from nanorom.fem.tensors.step import (
+    check_potential,
+    coefficients,
+    load_cases,
+    symmetric,
+)
 from nanorom.workflow import reduce
 
-ROUGH = {"degree": 4, "mesh_size": exact.RADIUS / 2}
+ROUGH = {"degree": 4, "mesh_size": cases.RADIUS / 2}
 
 
 @pytest.fixture
@@ -31,13 +36,13 @@ def test_eigenvalues_that_do_not_converge_are_an_error(option):
     option("nanorom_modes_eps_max_it", 1)
     option("nanorom_modes_eps_ncv", 8)
     with pytest.raises(SolverError, match=r"only \d of \d+ modes converged in 1 iterations; ref"):
-        reduce(exact.drum(100.0, 6).scene.with_(**ROUGH))
+        reduce(cases.drum(100.0, 6).scene.with_(**ROUGH))
 
 
 def test_static_load_cases_that_do_not_converge_are_an_error(option):
     option("nanorom_step_snes_max_it", 0)
     with pytest.raises(SolverError, match=r"did not converge: SNES reason -\d at residual .*mesh"):
-        reduce(exact.drum(100.0, 2).scene.with_(method="step", **ROUGH))
+        reduce(cases.drum(100.0, 2).scene.with_(method="step", **ROUGH))
 
 
 def test_forces_without_a_potential_are_an_error():
@@ -62,14 +67,14 @@ def test_forces_without_a_potential_are_an_error():
 
 
 def test_a_mesh_that_does_not_see_the_edge_layer_is_an_error():
-    scene = exact.drum(5e4, 3).scene
+    scene = cases.drum(5e4, 3).scene
     with pytest.raises(SolverError, match=r"edge layer .* wrong by up to \d\.\de-03; make the ce"):
-        reduce(scene.with_(degree=4, mesh_size=0.3 * exact.RADIUS))
+        reduce(scene.with_(degree=4, mesh_size=0.3 * cases.RADIUS))
 
 
 @pytest.mark.parametrize("degree", [4, 8])
 def test_the_estimate_counts_a_layer_that_the_mesh_does_not_see(degree):
-    case = exact.drum(1e8, 1)
-    model = reduce(case.scene.with_(degree=degree, mesh_size=0.4 * exact.RADIUS))
+    case = cases.drum(1e8, 1)
+    model = reduce(case.scene.with_(degree=degree, mesh_size=0.4 * cases.RADIUS))
     error = abs(model.frequency[0] / case.frequency()[0] - 1)
     assert 0.5 * error < model.diagnostics["error_frequency"] < 3 * error

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 import nanorom
-from nanorom.scene import (
-    Accuracy,
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import (
     Disc,
-    Material,
     MeshFile,
-    Modes,
-    Plate,
     Rectangle,
+    String,
+)
+from nanorom.scene.scene import (
+    Accuracy,
+    Modes,
     Reduction,
     Scene,
-    String,
-    Support,
-    Tension,
 )
+from nanorom.scene.support import Support
 
 MESHES = Path(__file__).parents[2] / "meshes"
 ROUTES = 1e-9  # of the largest entry

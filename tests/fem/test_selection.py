@@ -6,9 +6,12 @@ import attrs
 import numpy as np
 import pytest
 
-from nanorom.fem import reduce_scene, selection
-from nanorom.fem.step import load_cases
-from nanorom.scene import Accuracy, Load, Modes, Reduction, Tension
+from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.tensors import selection
+from nanorom.fem.tensors.step import load_cases
+from nanorom.scene.film import Tension
+from nanorom.scene.load import Load
+from nanorom.scene.scene import Accuracy, Modes, Reduction
 from tests.fem.exact import drum, paper_drum
 
 ZERO = 1e-9  # of the largest entry: what a tolerance of 1e-8 leaves of an entry that is zero
@@ -70,8 +73,6 @@ def test_triples_with_nothing_to_find_are_not_solved():
     scene = drum(100.0, count=6, accuracy=Accuracy(1e-4))
     names = reduce_scene(scene).label
     numbers = [names.index(name) + 1 for name in ("f01", "f11c", "f21s")]
-    scene = attrs.evolve(
-        scene, modes=Modes(select=numbers), reduction=Reduction(method="step")
-    )
+    scene = attrs.evolve(scene, modes=Modes(select=numbers), reduction=Reduction(method="step"))
     # of 3 + 3 * 2 + 1 the pairs of unlike parity need no second sign, and the triple none
     assert reduce_scene(scene).diagnostics["load_cases"] == 3 + 3

@@ -5,25 +5,20 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp
 
-from nanorom.beam import Beam
-from nanorom.beam import modes as beam_modes
 from nanorom.errors import SceneError
-from nanorom.fem import reduce_scene
-from nanorom.scene import (
+from nanorom.fem.models.beam import Beam
+from nanorom.fem.models.beam import modes as beam_modes
+from nanorom.fem.reduce import reduce_scene
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import Disc, Rectangle, String
+from nanorom.scene.load import Load
+from nanorom.scene.scene import (
     Accuracy,
-    Disc,
-    Load,
-    Material,
     Modes,
-    Plate,
-    Rectangle,
     Reduction,
     Scene,
-    Spring,
-    String,
-    Support,
-    Tension,
 )
+from nanorom.scene.support import Spring, Support
 
 EXACT = 1e-8  # frequencies
 ROUTES = 1e-7  # direct against STEP

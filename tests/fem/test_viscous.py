@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from nanorom.errors import SceneError
-from nanorom.fem import reduce_scene
-from nanorom.scene import Scene, Tension
+from nanorom.fem.reduce import reduce_scene
+from nanorom.scene.film import Tension
+from nanorom.scene.scene import Scene
 
 TIME = 2e-10  # s
 SAME = 1e-9

@@ -3,8 +3,9 @@
 import numpy as np
 from mpi4py import MPI
 
-from nanorom.fem import discretisation, film, mesh
-from nanorom.fem.plate import Plate
+from nanorom.fem.fields import places
+from nanorom.fem.mesh import gmsh, mesh
+from nanorom.fem.models.plate import Plate
 from nanorom.fem.symmetry import Mirrors
 
 NU = 0.16
@@ -22,10 +23,10 @@ def drum(bending, degree=8, radii=(0.5, 1.0), mirrors=("x", "y"), nu=NU, sectors
 
     domain = mesh.build(
         MPI.COMM_WORLD,
-        discretisation.MESHES / "drum.geo",
+        gmsh.MESHES / "drum.geo",
         parameters,
         degree,
-        mesh.Grading(move, polar=wanted[2]),
+        gmsh.Grading(move, polar=wanted[2]),
     )
     plate = Plate(domain, degree, ["edge"], [], bending > 0, Mirrors(mirrors))
     plate.tension_x.value = plate.tension_y.value = 1.0
@@ -35,4 +36,4 @@ def drum(bending, degree=8, radii=(0.5, 1.0), mirrors=("x", "y"), nu=NU, sectors
 
 
 def centre(plate, state):
-    return film.evaluate(plate, state.deflection(), np.zeros((1, 2)))[0]
+    return places.evaluate(plate, state.deflection(), np.zeros((1, 2)))[0]

@@ -7,8 +7,12 @@ from mpi4py import MPI
 from scipy.special import i0, i1, k0, k1
 
 from nanorom.errors import SolverError
-from nanorom.fem import discretisation, film, loaded, loadpath, mesh
-from nanorom.fem.plate import Plate
+from nanorom.fem.mesh import gmsh, mesh
+from nanorom.fem.models import coupled
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes import coupled as coupled_modes
+from nanorom.fem.statics import loads
+from nanorom.fem.statics import path as loadpath
 from tests.fem_loaded.drums import NU, centre, drum
 from tests.fem_loaded.radial import Disc
 
@@ -17,9 +21,9 @@ ROUND_OFF = 1e-9
 
 def indent(plate, forces):
     """Deflections under a point force at the centre."""
-    state = film.Film(plate)
-    load = film.patch(state, np.zeros(2), 0.0)
-    points = loadpath.load_steps(film.problem(state, load), forces)
+    state = coupled.Film(plate)
+    load = loads.patch(state, np.zeros(2), 0.0)
+    points = loadpath.load_steps(loads.problem(state, load), forces)
     return np.array([centre(plate, state) for _ in points])
 
 
@@ -78,8 +82,8 @@ def test_hencky_limit_of_a_pressurised_membrane():
     """
     nu = 0.3
     plate = drum(0.0, nu=nu)
-    state = film.Film(plate)
-    problem = film.problem(state, film.pressure(state))
+    state = coupled.Film(plate)
+    problem = loads.problem(state, loads.pressure(state))
     last = 1e6
     for _ in loadpath.load_steps(problem, [1e2, 1e4, last]):
         pass
@@ -122,7 +126,7 @@ def hencky(nu, terms=40):
 def strip(length, width, n_x, n_y, nu, free, degree=6):
     """A string along x under unit isotropic stress, clamped at its ends."""
     parameters = {"length": length, "width": width, "n_x": n_x, "n_y": n_y}
-    domain = mesh.build(MPI.COMM_WORLD, discretisation.MESHES / "rectangle.geo", parameters, 1)
+    domain = mesh.build(MPI.COMM_WORLD, gmsh.MESHES / "rectangle.geo", parameters, 1)
     sides = ["left", "right"] + ([] if free else ["bottom", "top"])
     plate = Plate(domain, degree, sides, [], True)
     plate.tension_x.value = plate.tension_y.value = 1.0
@@ -135,12 +139,12 @@ def test_released_string_keeps_the_uniaxial_part_of_its_stress():
     """Far from its ends N_x = (1 - nu) N0 and N_y = 0: frequencies of a string of that tension."""
     nu, length = 0.25, 20.0
     plate = strip(length, 1.0, 12, 1, nu, free=True)
-    state = film.Film(plate)
-    problem = film.problem(state, None)
+    state = coupled.Film(plate)
+    problem = loads.problem(state, None)
     problem.solve(0.0)
     relaxed = state.about()
     assert relaxed.shape is None  # it stays flat
-    modes = loaded.solve(relaxed, 1)
+    modes = coupled_modes.solve(relaxed, 1)
     frequency = np.sqrt(modes.eigenvalues[0])
     # the ends hold the width: a stiffer piece of about half a width each, of order width/length
     assert frequency == pytest.approx(np.pi / length * np.sqrt(1 - nu), rel=0.02)
@@ -148,8 +152,8 @@ def test_released_string_keeps_the_uniaxial_part_of_its_stress():
 
 def test_relaxation_leaves_a_held_film_as_it_is():
     plate = strip(2.0, 1.0, 2, 1, 0.25, free=False)
-    state = film.Film(plate)
-    film.problem(state, None).solve(0.0)
+    state = coupled.Film(plate)
+    loads.problem(state, None).solve(0.0)
     assert np.abs(state.state.x.array).max() < ROUND_OFF
 
 
@@ -166,8 +170,8 @@ def dome(height):
 def test_shallow_dome_snaps_through_and_is_stable_again():
     """The path rises, falls while it is unstable, and rises again with the dome inverted."""
     plate = dome(1.0)
-    state = film.Film(plate)
-    problem = film.problem(state, film.pressure(state))
+    state = coupled.Film(plate)
+    problem = loads.problem(state, loads.pressure(state))
     limit = loadpath.limit_point(problem, 0.1)
     state.state.x.array[:] = 0.0
     problem.magnitude.value = 0.0
@@ -187,13 +191,13 @@ def test_shallow_dome_snaps_through_and_is_stable_again():
 def test_load_that_cannot_be_borne_says_how_far_it_came():
     gap = 0.5
     plate = drum(0.0, degree=5)
-    state = film.Film(plate)
-    load = film.gate(state, gap)
-    problem = film.problem(state, load)
+    state = coupled.Film(plate)
+    load = loads.gate(state, gap)
+    problem = loads.problem(state, load)
     pull_in = loadpath.limit_point(problem, 0.02).magnitude
     state.state.x.array[:] = 0.0
     problem.magnitude.value = 0.0
-    steps = loadpath.load_steps(problem, [2 * pull_in], lambda _: film.admissible(state, load))
+    steps = loadpath.load_steps(problem, [2 * pull_in], lambda _: loads.admissible(state, load))
     with pytest.raises(SolverError, match="stopped at load") as stopped:
         list(steps)
     reached = float(str(stopped.value).split("at load ")[1].split()[0])
@@ -207,7 +211,7 @@ def test_initial_shape_is_a_deflected_state_without_its_stress():
     reference.solve(5.0)
     assert reference.centre() > 0
     plate.shape = fem.Function(plate.deflections)
-    state = film.Film(plate)
-    load = film.pressure(state)
-    for _ in loadpath.load_steps(film.problem(state, load), [5.0]):
+    state = coupled.Film(plate)
+    load = loads.pressure(state)
+    for _ in loadpath.load_steps(loads.problem(state, load), [5.0]):
         assert centre(plate, state) == pytest.approx(reference.centre(), rel=1e-6)

@@ -3,19 +3,12 @@
 import numpy as np
 import pytest
 
-from nanorom.fem import reduce_scene
-from nanorom.scene import (
-    Accuracy,
-    Disc,
-    Load,
-    Modes,
-    Plate,
-    Rectangle,
-    Reduction,
-    Spring,
-    Support,
-    Tension,
-)
+from nanorom.fem.reduce import reduce_scene
+from nanorom.scene.film import Plate, Tension
+from nanorom.scene.geometry import Disc, Rectangle
+from nanorom.scene.load import Load
+from nanorom.scene.scene import Accuracy, Modes, Reduction
+from nanorom.scene.support import Spring, Support
 from tests.fem_loaded.test_scenes import RADIUS, TENSION, drum
 
 THICKNESS = 4e-8  # T R^2/D = 1: no layer at the edge that coarse meshes would miss

@@ -4,25 +4,22 @@ import numpy as np
 import pytest
 
 from nanorom.errors import SceneError, SolverError
-from nanorom.fem import reduce_scene
-from nanorom.fem.discretisation import MESHES
+from nanorom.fem.mesh.gmsh import MESHES
+from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.tuning import tune
-from nanorom.load import VACUUM_PERMITTIVITY, Load
-from nanorom.loadcurve import LoadCurve
 from nanorom.plots.loads import load_curve
-from nanorom.rom import ReducedModel
-from nanorom.scene import (
+from nanorom.results.loadcurve import LoadCurve
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import Disc, MeshFile
+from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
+from nanorom.scene.scene import (
     Accuracy,
-    Disc,
-    Material,
-    MeshFile,
     Modes,
-    Plate,
     Reduction,
     Scene,
-    Support,
-    Tension,
 )
+from nanorom.scene.support import Support
 from tests.fem_loaded.radial import Disc as Reference
 
 SPECTRAL = 1e-6

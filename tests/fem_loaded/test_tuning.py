@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from nanorom.cli import main
+from nanorom.cli.main import main
 from nanorom.errors import SceneError
 from nanorom.fem.tuning import follow
-from nanorom.load import VACUUM_PERMITTIVITY
-from nanorom.loadcurve import LoadCurve
-from nanorom.scene import Accuracy, Load, Modes, Plate, Tension
+from nanorom.results.loadcurve import LoadCurve
+from nanorom.scene.film import Plate, Tension
+from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
+from nanorom.scene.scene import Accuracy, Modes
 from tests.fem_loaded.test_scenes import RADIUS, TENSION, THICKNESS, UNIT, drum
 
 ROUGH = Accuracy(degree=5, mesh_size=RADIUS / 2)

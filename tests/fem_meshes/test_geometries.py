@@ -7,7 +7,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from nanorom.errors import MeshError
-from nanorom.fem import discretisation, mesh
+from nanorom.fem.mesh import gmsh, mesh
 
 CURVED = 1e-9  # of areas bounded by circles, on cells of order 8
 ORDER = 8
@@ -35,7 +35,7 @@ AREAS = {
 @pytest.mark.parametrize("name", AREAS)
 def test_area_and_boundary_names_are_right(name):
     parameters, area, boundaries = AREAS[name]
-    file = discretisation.MESHES / f"{'trampoline' if name == 'cross' else name}.geo"
+    file = gmsh.MESHES / f"{'trampoline' if name == 'cross' else name}.geo"
     domain = mesh.build(MPI.COMM_WORLD, file, parameters, ORDER)
     one = fem.Constant(domain.mesh, 1.0)
     measured = fem.assemble_scalar(

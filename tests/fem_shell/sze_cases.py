@@ -10,18 +10,18 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.fem import compat, discretisation, mesh
-from nanorom.fem.shell import Shell
-from nanorom.fem.statics import StaticProblem
+from nanorom.fem.mesh import gmsh, mesh
+from nanorom.fem.models.shell import Shell
+from nanorom.fem.solvers import compat
+from nanorom.fem.statics.problem import StaticProblem
 
-RECTANGLE = discretisation.MESHES / "rectangle.geo"
+RECTANGLE = gmsh.MESHES / "rectangle.geo"
 COMM = MPI.COMM_WORLD
 
 
 def strip(place, n_x, n_y, order):
     """Unit square (s, t), each from 0 to 1, placed in space."""
     sides = {"length": 1.0, "width": 1.0, "n_x": n_x, "n_y": n_y}
-
 
     def placed(x):
         return place(x[:, 0] + 0.5, x[:, 1] + 0.5)
@@ -82,9 +82,7 @@ def end_moment(degree=4, n=8):
     turn = ufl.cross(ufl.as_vector([0.0, -1.0, 0.0]), director)
     test = ufl.TestFunction(shell.space)
     couple = sum(turn[i] * test[3 + i] for i in range(3)) * edge(shell, "right")
-    problem = StaticProblem(
-        shell.state, shell.energy(), couple, fixed=fixed, symmetric=False
-    )
+    problem = StaticProblem(shell.state, shell.energy(), couple, fixed=fixed, symmetric=False)
     return shell, problem, 50 * np.pi / 3, observed
 
 
@@ -126,9 +124,7 @@ def hemisphere(degree=4, n=4):
     shell = Shell(strip(place, n, n, degree), degree, lambda x: x / radius)
     material(shell, 6.825e7, 0.3, 0.04)
     a, b = node_at(shell, (radius, 0, 0)), node_at(shell, (0, radius, 0))
-    fixed = np.concatenate(
-        [held(shell, "left", (1, 4)), held(shell, "right", (0, 3)), [6 * a + 2]]
-    )
+    fixed = np.concatenate([held(shell, "left", (1, 4)), held(shell, "right", (0, 3)), [6 * a + 2]])
     nodal = point_force(shell, [(a, 0, 0.5), (b, 1, -0.5)])
     problem = StaticProblem(shell.state, shell.energy(), nodal_load=nodal, fixed=fixed)
     return shell, problem, 400.0, [(a, 0, 1), (b, 1, -1)]
@@ -140,9 +136,7 @@ def cylinder_pull_out(degree=4, n=6):
 
     def place(s, t):
         angle = np.pi / 2 * s  # from the loaded top to the side
-        return np.column_stack(
-            [radius * np.sin(angle), length / 2 * t, radius * np.cos(angle)]
-        )
+        return np.column_stack([radius * np.sin(angle), length / 2 * t, radius * np.cos(angle)])
 
     def normal(x):
         return np.column_stack([x[:, 0], 0 * x[:, 0], x[:, 2]]) / radius

@@ -5,19 +5,14 @@ import pytest
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.fem import (
-    algebra,
-    compat,
-    condensation,
-    discretisation,
-    loaded,
-    mesh,
-    shellcases,
-    shellstep,
-)
-from nanorom.fem.shapes import normalise
-from nanorom.fem.shell import Shell
-from nanorom.fem.statics import StaticProblem
+from nanorom.fem.mesh import gmsh, mesh
+from nanorom.fem.models.shell import Shell
+from nanorom.fem.modes import coupled
+from nanorom.fem.modes import shell as shells
+from nanorom.fem.modes.normal import normalise
+from nanorom.fem.solvers import algebra, compat
+from nanorom.fem.statics.problem import StaticProblem
+from nanorom.fem.tensors import amplitude, direct, shell_cases
 from tests.fem_loaded.drums import drum
 
 NU, BENDING, DEGREE = 0.3, 0.3, 5
@@ -32,7 +27,7 @@ def shell_modes(thickness, count):
     def place(x):
         return np.column_stack([x, np.zeros(len(x))])
 
-    file = discretisation.MESHES / "drum.geo"
+    file = gmsh.MESHES / "drum.geo"
     domain = mesh.build(MPI.COMM_WORLD, file, parameters, DEGREE, place=place)
     shell = Shell(domain, DEGREE)
     shell.thickness.value = thickness
@@ -41,22 +36,22 @@ def shell_modes(thickness, count):
     stretch = 12 * (1 - NU**2) * BENDING / thickness**2
     shell.youngs_modulus.value = stretch / thickness
     problem = StaticProblem(shell.state, shell.energy(), fixed=shell.held(["edge"], []))
-    return shellcases.solve(shell, problem, count), stretch
+    return shells.solve(shell, problem, count), stretch
 
 
 @pytest.fixture(scope="module")
 def plate():
-    return normalise(loaded.solve(drum(BENDING, degree=DEGREE, mirrors=(), nu=NU), 1))
+    return normalise(coupled.solve(drum(BENDING, degree=DEGREE, mirrors=(), nu=NU), 1))
 
 
 def test_frequency_and_cubic_coefficient_tend_to_the_plates(plate):
-    cubic, _ = condensation.cubic_tensor(plate.take(np.arange(1)))
+    cubic, _ = direct.cubic_tensor(plate.take(np.arange(1)))
     exact = np.array([np.sqrt(plate.eigenvalues[0]), cubic[0, 0, 0, 0]])
     deviations = []
     for thickness in THICKNESSES:
         modes, stretch = shell_modes(thickness, 1)
         modes = modes.like(normalise(modes.modes.take(np.arange(1))))
-        result = shellstep.step(shellcases.ShellCases(modes), 0.2 * thickness)
+        result = amplitude.step(shell_cases.ShellCases(modes), 0.2 * thickness)
         found = np.array([np.sqrt(modes.eigenvalues[0]), result.cubic[0, 0, 0, 0] / stretch])
         deviations.append(np.abs(found / exact - 1))
     thick, thin = deviations
@@ -68,11 +63,11 @@ def test_frequency_and_cubic_coefficient_tend_to_the_plates(plate):
 def test_amplitude_is_on_the_plateau_and_truncation_is_told():
     modes, _ = shell_modes(0.02, 2)
     modes = modes.like(normalise(modes.modes.take(np.arange(2))))
-    cases = shellcases.ShellCases(modes)
-    large, small = (shellstep.step(cases, a * 0.02) for a in (0.2, 0.1))
+    cases = shell_cases.ShellCases(modes)
+    large, small = (amplitude.step(cases, a * 0.02) for a in (0.2, 0.1))
     assert large.cubic == pytest.approx(small.cubic, abs=PLATEAU * np.abs(small.cubic).max())
     assert small.asymmetry < 1e-4
-    missed = [shellstep.truncation(cases, small, a * 0.02) for a in (1.0, 2.0)]
+    missed = [amplitude.truncation(cases, small, a * 0.02) for a in (1.0, 2.0)]
     assert missed[0] < 0.01
     # the next term of the force is of two orders more
     assert np.log2(missed[1] / missed[0]) == pytest.approx(2.0, abs=0.3)
@@ -89,9 +84,7 @@ def test_follower_pressure_turns_with_the_shell():
     shell.state.x.array.reshape(-1, 6)[:, :3] = x @ (turn - np.eye(3)).T
     shell.state.x.array.reshape(-1, 6)[:, 3:] = turn[:, 2] - np.eye(3)[2]
     force = algebra.assemble_vector(compat.form(shell.follower_pressure())).reshape(-1, 6)
-    assert np.abs(force[:, :3].sum(axis=0)) == pytest.approx(
-        np.abs(np.pi * turn[:, 2]), abs=1e-6
-    )
+    assert np.abs(force[:, :3].sum(axis=0)) == pytest.approx(np.abs(np.pi * turn[:, 2]), abs=1e-6)
     # a rigid motion stores nothing
     stored = fem.assemble_scalar(compat.form(shell.energy()))
     assert abs(stored) < 1e-8 * float(shell.youngs_modulus.value) * 0.02

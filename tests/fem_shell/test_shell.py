@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanorom.fem import loadpath
+from nanorom.fem.statics import path
 from tests.fem_shell import sze_cases
 
 PUBLISHED = 0.01  # of the published load-deflection tables
@@ -16,7 +16,7 @@ def deviations(name, loads, *mesh):
     table = sze_cases.table(name)
     rows = [table[np.abs(table[:, 0] - load).argmin()] for load in loads]
     ours = []
-    for point in loadpath.load_steps(problem, [row[0] * largest for row in rows]):
+    for point in path.load_steps(problem, [row[0] * largest for row in rows]):
         ours.append(sze_cases.observe(shell, observed))
         assert point.stable
     return np.array(ours) / np.array(rows)[:, 1:] - 1
@@ -40,7 +40,7 @@ def test_end_moment_rolls_a_cantilever_into_a_circle():
     shell, problem, largest, observed = sze_cases.end_moment(4, 6)
     for share, _ in zip(
         (0.25, 0.5, 0.75, 1.0),
-        loadpath.load_steps(problem, largest * np.array([0.25, 0.5, 0.75, 1.0])),
+        path.load_steps(problem, largest * np.array([0.25, 0.5, 0.75, 1.0])),
     ):
         angle = 2 * np.pi * share
         exact = 12 * np.array([1 - np.sin(angle) / angle, (1 - np.cos(angle)) / angle])
@@ -57,5 +57,5 @@ def test_refinement_converges(degree, expected):
 
 def tip(degree, n):
     shell, problem, largest, observed = sze_cases.end_shear(degree, n)
-    for _ in loadpath.load_steps(problem, [0.1 * largest]):
+    for _ in path.load_steps(problem, [0.1 * largest]):
         return sze_cases.observe(shell, observed)[1]

@@ -4,23 +4,20 @@ import numpy as np
 import pytest
 
 from nanorom.errors import MeshError, SceneError, SolverError
-from nanorom.fem import discretisation, mesh, reduce_scene
-from nanorom.rom import ReducedModel
-from nanorom.scene import (
+from nanorom.fem.mesh import gmsh as gmshs
+from nanorom.fem.reduce import reduce_scene
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.excitation import Damping
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import Disc, MeshFile, Rectangle
+from nanorom.scene.load import Load
+from nanorom.scene.scene import (
     Accuracy,
-    Damping,
-    Disc,
-    Load,
-    Material,
-    MeshFile,
     Modes,
-    Plate,
-    Rectangle,
     Reduction,
     Scene,
-    Support,
-    Tension,
 )
+from nanorom.scene.support import Support
 
 RADIUS, MODULUS, NU = 2e-6, 200e9, 0.25
 POTENTIAL = 1e-6  # asymmetry of the tensors
@@ -79,7 +76,7 @@ def dome(height, directory):
     import gmsh
 
     geometry = directory / "dome.geo"
-    text = (discretisation.MESHES / "dome.geo").read_text()
+    text = (gmshs.MESHES / "dome.geo").read_text()
     geometry.write_text(text.replace("height = {0.2,", f"height = {{{height},"))
     file = directory / "dome.msh"
     gmsh.initialize()
@@ -155,7 +152,7 @@ def test_surface_in_space_needs_a_shell_and_one_upper_side(tmp_path):
         reduce_scene(scene(model="plate", geometry=MeshFile(file, scale=RADIUS)))
     triangles = np.array([[0, 1, 2], [1, 2, 3]])
     with pytest.raises(MeshError, match="reverse some of its surfaces"):
-        mesh._check_sides(triangles, file)
+        gmshs._check_sides(triangles, file)
 
 
 @pytest.mark.parametrize("thicknesses", [5, 12])

@@ -6,16 +6,19 @@ import pytest
 from mpi4py import MPI
 
 from nanorom.errors import NanoromError
-from nanorom.fem import groups, partition, reduce_scene
-from nanorom.fem.discretisation import MESHES
-from nanorom.rom import ReducedModel
-from nanorom.scene import Accuracy, Load, MeshFile, Plate, Reduction, String
+from nanorom.fem.mesh.gmsh import MESHES
+from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.solvers import groups, partition
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.film import Plate
+from nanorom.scene.geometry import MeshFile, String
+from nanorom.scene.load import Load
+from nanorom.scene.scene import Accuracy, Reduction
 from tests.fem.exact import RADIUS, drum, paper_drum
 
 SIZE = MPI.COMM_WORLD.size
 SAME = 1e-10  # of the largest entry
 FEW_CELLS = Accuracy(degree=6, mesh_size=RADIUS / 3)
-
 
 
 def shell(**changes):
@@ -59,8 +62,9 @@ def test_groups_of_ranks_give_the_same_model(name, groups):
 
 
 def test_cells_are_dealt_out_by_place_with_those_across_a_facet():
-    corners, points = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2]]), np.array(
-        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 1.0]]
+    corners, points = (
+        np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2]]),
+        np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 1.0]]),
     )
     found = partition.destinations(corners, points, 3)
     assert [(ranks[0], set(ranks[1:])) for ranks in found] == [(0, {1}), (1, {0, 2}), (2, {1})]

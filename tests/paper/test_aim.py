@@ -9,9 +9,10 @@ from scipy.optimize import minimize_scalar
 from scipy.special import j0, j1, jn_zeros, jv
 
 import nanorom
-from nanorom import aim
 from nanorom.errors import AccuracyWarning, ModelError, SceneError
-from nanorom.excitation import Drive, Sweep
+from nanorom.rom import patterns
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Sweep
 
 RADIUS = 2.5e-6
 FORCE_TOLERANCE = 1e-6  # the scene's own
@@ -33,7 +34,7 @@ def model():
 
 def test_spot_at_the_centre_is_an_integral_of_bessel_functions(model):
     width = 0.4 * RADIUS
-    found = aim.spot(model.shapes, (0.0, 0.0), width)
+    found = patterns.spot(model.shapes, (0.0, 0.0), width)
     largest = quad(lambda r: j0(jn_zeros(0, 1)[0] * r) * _intensity(r) * r, 0, 1)[0]
     for label, zero in zip(("f01", "f02"), jn_zeros(0, 2)):
         exact = quad(lambda r, z=zero: j0(z * r) * _intensity(r) * r, 0, 1)[0]
@@ -74,10 +75,10 @@ def test_forces_of_another_aim_come_with_a_warning(model):
     own = reduced_with(model, drive)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert aim.aimed(own, drive) is own
+        assert patterns.aimed(own, drive) is own
     moved = Drive(1.0, direct_pattern="spot", position=[5e-7, 4e-7], radius=1e-6)
     with pytest.warns(AccuracyWarning, match="drawn shapes"):
-        other = aim.aimed(own, moved)
+        other = patterns.aimed(own, moved)
     difference = other.drive["spot"] - own.drive["spot"]
     assert np.abs(difference).max() > SHAPES_TOLERANCE * own.drive["spot"][0]
 
@@ -120,13 +121,13 @@ def bessel_spot(label, x, y, radius):
 
 def test_wide_spot_is_a_uniform_pressure(model):
     pressure = model.drive["pressure"]
-    found = aim.spot(model.shapes, (0.3 * RADIUS, 0.0), 1e3 * RADIUS)
+    found = patterns.spot(model.shapes, (0.3 * RADIUS, 0.0), 1e3 * RADIUS)
     assert found == pytest.approx(pressure, abs=SHAPES_TOLERANCE * pressure[0])
 
 
 def test_point_gives_the_shapes_there(model):
     x = 0.37 * RADIUS
-    found = aim.point(model.shapes, (x, 0.0))
+    found = patterns.point(model.shapes, (x, 0.0))
     zero = jn_zeros(1, 1)[0]
     peak = j1(1.8411837813)  # the maximum of J1
     expected = {"f01": j0(jn_zeros(0, 1)[0] * 0.37), "f11c": j1(zero * 0.37) / peak, "f11s": 0.0}
@@ -137,7 +138,7 @@ def test_point_gives_the_shapes_there(model):
 def test_off_centre_spot_drives_modes_that_pressure_does_not(model):
     """The response to small drive is J/(c omega) at resonance, in every mode."""
     drive = Drive("1 mPa", direct_pattern="spot", position=["0.8 um", "0.5 um"], radius="1 um")
-    force = aim.spot(model.shapes, drive.position, drive.radius)
+    force = patterns.spot(model.shapes, drive.position, drive.radius)
     mode = model.label.index("f11s")
     assert abs(model.drive["pressure"][mode]) < 1e-6 * model.drive["pressure"][0]
     f = model.frequency[mode]
@@ -155,9 +156,11 @@ def test_drive_that_is_not_aimed_well_is_refused(model, make_model):
     with pytest.raises(SceneError, match="x and y"):
         Drive(1.0, direct_pattern="point", position=[0])
     with pytest.raises(SceneError, match="not on the film"):
-        aim.aimed(model, Drive(1.0, direct_pattern="point", position=[3e-6, 0]))
+        patterns.aimed(model, Drive(1.0, direct_pattern="point", position=[3e-6, 0]))
     with pytest.raises(ModelError, match="no mode shapes"):
-        aim.aimed(make_model(2, shapes=None), Drive(1.0, direct_pattern="point", position=[0, 0]))
+        patterns.aimed(
+            make_model(2, shapes=None), Drive(1.0, direct_pattern="point", position=[0, 0])
+        )
 
 
 def test_aimed_drive_survives_the_scene_file(model):

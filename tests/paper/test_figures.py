@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import nanorom
-from nanorom import motion
 from nanorom.errors import ModelError
-from nanorom.linear import linear_response
 from nanorom.plots import motion as pictures
+from nanorom.rom import motion
+from nanorom.rom.linear import linear_response
 
 DEMOS = Path(__file__).parents[2] / "demos"
 LEVEL = 1.6  # gamma by the threshold of f01

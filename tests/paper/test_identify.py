@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 import nanorom
-from nanorom import report
-from nanorom.assignment import assign
-from nanorom.bench import exact
-from nanorom.cli import main
+from nanorom.cli.main import main
 from nanorom.errors import AmbiguityWarning, FileError, SceneError
+from nanorom.exact import cases
 from nanorom.fem.spectrum import Spectrum
-from nanorom.identify import EXCLUDED, identify
-from nanorom.measured import Resonances
-from nanorom.plots.resonances import spread
+from nanorom.measurement.assignment import assign
+from nanorom.measurement.data import Resonances
+from nanorom.measurement.identify import EXCLUDED, identify
+from nanorom.plots.names import spread
+from nanorom.report import text as report
 
 PAPER = {"tension_x": 0.321, "tension_y": 0.257, "youngs_modulus": 410e9}  # their section on step I
 LABELS = "f01 f11s f11c f21c f21s f02 f31s f31c f12s f12c f41c".split()
@@ -31,7 +31,7 @@ RITZ_TOLERANCE = 1e-5  # it only has to find the start of the last steps
 def scene():
     """A first guess: no anisotropy, a third less tension, the modulus two and a half times."""
     return attrs.evolve(
-        exact.paper_drum().scene,
+        cases.paper_drum().scene,
         tension=nanorom.Tension(0.2, 0.2),
         material=nanorom.Material(1e12, 0.16, 2267),
     )
@@ -40,7 +40,7 @@ def scene():
 @pytest.fixture(scope="module")
 def frequency():
     """Spectral solution of the paper's drum, no finite elements."""
-    return exact.paper_drum().frequency()
+    return cases.paper_drum().frequency()
 
 
 def measured(frequency, label=None, uncertainty=None):
@@ -107,12 +107,12 @@ def test_ritz_spectrum_is_that_of_the_finite_elements(scene):
     spectrum = Spectrum(scene)
     reduced = spectrum.reduced(28)
     point = 0.321, 0.257, 3.5e-14, 2.267e-5
-    exact, found = spectrum(*point, 11), reduced(*point, 11)
-    assert found.frequency == pytest.approx(exact.frequency[:11], rel=RITZ_TOLERANCE)
-    assert found.label == exact.label[:11]
+    cases, found = spectrum(*point, 11), reduced(*point, 11)
+    assert found.frequency == pytest.approx(cases.frequency[:11], rel=RITZ_TOLERANCE)
+    assert found.label == cases.label[:11]
     for i in range(4):
-        scale = np.abs(exact.gradient[:11, i]).max()
-        assert np.abs(found.gradient - exact.gradient[:11])[:, i].max() < 1e-3 * scale
+        scale = np.abs(cases.gradient[:11, i]).max()
+        assert np.abs(found.gradient - cases.gradient[:11])[:, i].max() < 1e-3 * scale
 
 
 def test_readings_that_the_data_do_not_exclude_are_told(scene, frequency):
@@ -141,7 +141,7 @@ def test_density_can_be_found_where_the_modulus_is_known(scene, frequency):
 
 
 def test_tension_of_a_square_membrane_follows_from_its_closed_form():
-    case = exact.square()
+    case = cases.square()
     guess = case.scene.with_(tension=nanorom.Tension(3.0, 3.0))
     found = identify(guess, measured(case.frequency()), ["tension"])
     assert found.value["tension"] == pytest.approx(case.scene.tension.x, rel=EXACT_TOLERANCE)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import nanorom
-from nanorom import tables
 from nanorom.errors import ModelError
+from nanorom.rom import tables
 
 DEMOS = Path(__file__).parents[2] / "demos"
 TABLE1_TOLERANCE = 1e-8  # each coefficient relative to itself

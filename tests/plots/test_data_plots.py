@@ -5,10 +5,11 @@ import pytest
 from matplotlib.colors import to_hex
 
 from nanorom.errors import FileError
-from nanorom.measured import MeasuredResponse
+from nanorom.measurement.data import MeasuredResponse
 from nanorom.plots import response_figure
-from nanorom.response import respond
-from nanorom.scene import Drive, Sweep
+from nanorom.results.respond import respond
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Sweep
 
 HEAD = "frequency (MHz),amplitude ({}),sweep,level"
 

@@ -7,7 +7,7 @@ from matplotlib.image import imread
 
 from nanorom.continuation import ModalSystem, PeriodicOrbit, explore, sweep
 from nanorom.plots import diagram_figure, motion_figure
-from nanorom.plots.response import MARKERS
+from nanorom.plots.curves import MARKERS
 
 COLUMN_PIXELS = 1003  # 85 mm at 300 dots per inch
 STEP = 0.01  # of the sweep

@@ -7,12 +7,13 @@ from matplotlib.image import imread
 
 from nanorom.continuation import Branch, Diagram, SpecialPoint
 from nanorom.errors import FileError, ModelError
-from nanorom.excitation import Drive, Sweep
 from nanorom.plots import amplitude_panels, mode_gallery, response_figure
-from nanorom.plots.response import MARKERS, _smooth
+from nanorom.plots.curves import MARKERS, _smooth
 from nanorom.plots.style import COLUMN, scaled, with_unit
-from nanorom.response import Response
-from nanorom.rom import Shapes
+from nanorom.results.response import Response
+from nanorom.rom.shapes import Shapes
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Sweep
 
 COLUMN_PIXELS = 1003  # 85 mm at 300 dots per inch
 

@@ -9,7 +9,12 @@ import time
 import pytest
 
 from nanorom.errors import FileError
-from nanorom.files import atomic_path, check_directory, check_writable, make_directory
+from nanorom.files.whole import (
+    atomic_path,
+    check_directory,
+    check_writable,
+    make_directory,
+)
 
 
 def contents(directory):
@@ -40,7 +45,7 @@ def test_killed_process_leaves_the_old_file_and_the_next_one_tidies_up(tmp_path)
     target.write_text("old")
     script = (
         "import sys, time\n"
-        "from nanorom.files import atomic_path\n"
+        "from nanorom.files.whole import atomic_path\n"
         "with atomic_path(sys.argv[1]) as temporary:\n"
         "    temporary.write_text('half')\n"
         "    print('ready', flush=True)\n"

@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from nanorom import hdf5, trial
 from nanorom.errors import FileError, NanoromError
-from nanorom.rom import ReducedModel
+from nanorom.files import hdf5, untrusted
+from nanorom.rom.model import ReducedModel
 
 KIND = "nanorom-rom"
 MUTANTS = 20  # files with changed bytes; each takes a process of its own
@@ -109,19 +109,19 @@ def test_many_names_of_one_array_are_counted(tmp_path):
 
 
 def test_array_that_unpacks_to_more_than_its_file_can_hold_is_refused(tmp_path):
-    count = trial.SMALL // 4  # twice what is read of a small file
+    count = untrusted.SMALL // 4  # twice what is read of a small file
     path = written(
         tmp_path / "a.h5",
         lambda f: f.create_dataset("a", data=np.zeros(count), compression="gzip", chunks=(count,)),
     )
-    assert trial.PER_BYTE * path.stat().st_size < 8 * count
+    assert untrusted.PER_BYTE * path.stat().st_size < 8 * count
     with pytest.raises(FileError, match="a: declares"):
         with hdf5.opened(path, KIND, 1) as file:
             hdf5.read(file, "a", (None,))
 
 
 def test_only_the_process_that_tries_a_file_is_lost(tmp_path, monkeypatch):
-    monkeypatch.setattr(trial, "PROGRAM", "import os; os.abort()")
+    monkeypatch.setattr(untrusted, "PROGRAM", "import os; os.abort()")
     path = written(tmp_path / "a.h5", lambda file: None)
     with pytest.raises(FileError, match="a.h5: damaged: the HDF5 library crashes on it"):
         ReducedModel.load(path)
@@ -135,14 +135,14 @@ def test_group_that_leads_back_to_itself_is_read_once(tmp_path):
 
 def test_array_in_a_chunk_larger_than_itself_is_refused(tmp_path):
     """HDF5 unpacks whole chunks."""
-    count = trial.SMALL // 4
+    count = untrusted.SMALL // 4
 
     def fill(file):
         options = {"chunks": (count,), "maxshape": (None,), "compression": "gzip"}
         file.create_dataset("a", data=np.zeros(count), **options).resize((10,))
 
     path = written(tmp_path / "a.h5", fill)
-    assert trial.PER_BYTE * path.stat().st_size < 8 * count
+    assert untrusted.PER_BYTE * path.stat().st_size < 8 * count
     with pytest.raises(FileError, match="a: declares"):
         with hdf5.opened(path, KIND, 1) as file:
             hdf5.read(file, "a", (10,))
@@ -151,5 +151,5 @@ def test_array_in_a_chunk_larger_than_itself_is_refused(tmp_path):
 def test_no_program_beside_the_file_is_run(tmp_path, monkeypatch):
     (tmp_path / "h5py.py").write_text("open('run', 'w')")
     monkeypatch.chdir(tmp_path)
-    trial.survive(written(tmp_path / "a.h5", lambda file: None))
+    untrusted.survive(written(tmp_path / "a.h5", lambda file: None))
     assert not (tmp_path / "run").exists()

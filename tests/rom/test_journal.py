@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
-from nanorom import journal
 from nanorom.errors import FileError
-from nanorom.journal import Journal, finished, partial
+from nanorom.files import partial as journal
+from nanorom.files.partial import Journal, finished, partial
 
 SHAPE = (2, 3)
 
@@ -33,8 +33,9 @@ def test_finished_columns_are_found_again_bit_for_bit(output):
     assert (table[:, 1] == 7.0).all()
 
 
-@pytest.mark.parametrize(("key", "name", "shape"), [("l", "mesh", SHAPE), ("k", "finer", SHAPE),
-                                                    ("k", "mesh", (2, 4))])
+@pytest.mark.parametrize(
+    ("key", "name", "shape"), [("l", "mesh", SHAPE), ("k", "finer", SHAPE), ("k", "mesh", (2, 4))]
+)
 def test_another_computation_begins_anew(output, key, name, shape):
     begun(output)
     assert np.isnan(Journal(output, key).table(name, shape)).all()

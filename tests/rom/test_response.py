@@ -4,9 +4,11 @@ import pytest
 
 from nanorom.continuation import explore_each
 from nanorom.errors import FileError, ModelError, SceneError
-from nanorom.excitation import Damping, Drive, Sweep
-from nanorom.response import Response, respond
-from nanorom.rom import ReducedModel
+from nanorom.results.respond import respond
+from nanorom.results.response import Response
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Damping, Sweep
 
 FIRST_ORDER = 2e-3  # relative error of first-order perturbation at these amplitudes
 NEAR_PEAK = 2e-2  # relative; the fold lies a little below the highest amplitude
@@ -122,7 +124,7 @@ def test_levels_in_a_file_are_not_computed_again(tmp_path, duffing, monkeypatch)
         asked.extend(levels)
         return explore_each(system, omega, levels, *others, **options)
 
-    monkeypatch.setattr("nanorom.response.explore_each", counted)
+    monkeypatch.setattr("nanorom.results.respond.explore_each", counted)
     again = respond(duffing, Drive([2e-3, 4e-3, 6e-3]), sweep, path=path)
     assert asked == [(4e-3, 0.0)]
     for a, b in zip(whole.diagrams, again.diagrams, strict=True):

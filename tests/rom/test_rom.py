@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nanorom.errors import ModelError
-from nanorom.excitation import Damping
-from nanorom.rom import ReducedModel
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.excitation import Damping
 
 DIFFERENCE = 1e-11  # relative; the five-point formula is exact up to fourth degree
 ROUND_OFF = 1e-12

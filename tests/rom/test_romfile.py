@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nanorom.errors import FileError
-from nanorom.rom import OPTIONAL, ReducedModel
+from nanorom.rom.model import OPTIONAL, ReducedModel
 
 ARRAYS = ("frequency", "mass", "number", "stiffness", "damping", "quadratic", "cubic")
 

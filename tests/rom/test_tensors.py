@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nanorom.tensors import asymmetry, monomials, symmetrise
+from nanorom.rom.tensors import asymmetry, monomials, symmetrise
 
 
 @given(st.integers(1, 5), st.integers(3, 4), st.integers(0, 2**32 - 1))

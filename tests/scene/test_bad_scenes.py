@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nanorom.errors import SceneError
-from nanorom.scene import Scene
+from nanorom.scene.scene import Scene
 
 MESH = 'shape = "mesh"\nfile = '
 

@@ -6,21 +6,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nanorom.errors import SceneError
-from nanorom.excitation import Damping, Drive, Excitation, Frequency, Sweep
-from nanorom.scene import (
-    Accuracy,
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import (
+    Damping,
+    Excitation,
+    Frequency,
+    Sweep,
+)
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import (
     Disc,
-    Material,
     MeshFile,
-    Modes,
-    Plate,
     Rectangle,
+    String,
+)
+from nanorom.scene.scene import (
+    Accuracy,
+    Modes,
     Reduction,
     Scene,
-    String,
-    Support,
-    Tension,
 )
+from nanorom.scene.support import Support
 
 GRAPHENE = Material(youngs_modulus="410 GPa", poisson_ratio=0.16, density="2267 kg/m^3")
 

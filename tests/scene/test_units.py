@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nanorom.errors import SceneError
-from nanorom.units import to_si
+from nanorom.scene.units import to_si
 
 
 @pytest.mark.parametrize(

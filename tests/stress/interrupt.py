@@ -24,12 +24,12 @@ import attrs
 import h5py
 import numpy as np
 
-from nanorom.journal import FORMAT, partial
+from nanorom.files.partial import FORMAT, partial
 
 # a journal is kept every 0.2 s here, so that runs of some seconds have one
 PROGRAM = (
-    "import sys, nanorom.journal; nanorom.journal.SECONDS = 0.2\n"
-    "from nanorom.cli import main; sys.exit(main(sys.argv[1:]))"
+    "import sys, nanorom.files.partial; nanorom.files.partial.SECONDS = 0.2\n"
+    "from nanorom.cli.main import main; sys.exit(main(sys.argv[1:]))"
 )
 SEED = 20230403
 SOON = 0.02  # seconds between looks at whether ranks have started

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from nanorom.bench import exact, stress
+from nanorom.bench import stress
 from nanorom.errors import NanoromError
-from nanorom.scene import Plate, Tension
+from nanorom.exact import cases
+from nanorom.scene.film import Plate, Tension
 from nanorom.workflow import reduce
 
 BOUND = 1e-6  # the tolerance of every trial with a mesh of the program's own choice
@@ -32,14 +33,14 @@ def test_extreme_parameters_give_the_exact_solution_or_a_message(family):
 
 
 def test_a_compressed_membrane_is_refused():
-    scene = exact.drum(100.0, 3).scene
+    scene = cases.drum(100.0, 3).scene
     with pytest.raises(NanoromError, match="tension"):
         reduce(scene.with_(plate=Plate(thickness=1e-8, model="membrane"), tension=Tension(-1, 1)))
 
 
 def test_unequal_compression_buckles_at_a_multiple_of_both_tensions():
     """At the critical tension that the message tells the lowest frequency vanishes."""
-    case = exact.unequal_drum(-60.0, -10.0, 1)
+    case = cases.unequal_drum(-60.0, -10.0, 1)
     with pytest.raises(NanoromError, match="not stable") as caught:
         reduce(case.scene)
     words = str(caught.value).split()

@@ -6,11 +6,13 @@ import random
 import numpy as np
 import pytest
 
-from nanorom import journal, workflow
-from nanorom.fem.cases import FlatCases
+from nanorom import workflow
 from nanorom.fem.reduce import key_of
-from nanorom.fem.step import StaticCases
-from nanorom.scene import MeshFile, Scene
+from nanorom.fem.tensors.flat_cases import FlatCases
+from nanorom.fem.tensors.loaded_cases import StaticCases
+from nanorom.files import partial
+from nanorom.scene.geometry import MeshFile
+from nanorom.scene.scene import Scene
 from tests.stress import interrupt
 
 FLAT = interrupt.step("flat", 5, 4, "1 um")
@@ -24,7 +26,7 @@ SOON = 120  # seconds within which a run that lost a rank has ended
 )
 def test_finished_load_cases_are_not_solved_again(tmp_path, monkeypatch, task, cases):
     for name, value in {"SECONDS": 0.0, "SHARE": np.inf}.items():  # keep every batch at once
-        monkeypatch.setattr(journal, name, value)
+        monkeypatch.setattr(partial, name, value)
     scene = Scene.from_toml(task.files["film.toml"])
     solve, calls, most = cases.nonlinear_force, [], 1000
 

@@ -1,0 +1,244 @@
+"""The command line. Bad input gets one line and status 1; a traceback needs --debug."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from nanorom.errors import FileError, NanoromError
+
+MOST_POINTS = 1000  # of a load curve
+
+
+def _scene(options: argparse.Namespace) -> Any:
+    from nanorom.scene.scene import Scene
+
+    return Scene.from_file(options.scene).with_(
+        method=options.method,
+        in_plane=options.in_plane,
+        solver=options.solver,
+        modes=None if options.modes is None else _modes(options.modes),
+        tolerance=options.tolerance,
+        degree=None if options.degree is None else _integer("--degree", options.degree),
+        mesh_size=_number(options.mesh_size),
+    )
+
+
+def _modes(text: str) -> int | list[int]:
+    numbers = [_integer("--modes", part) for part in text.split(",")]
+    return numbers if "," in text else numbers[0]
+
+
+def _integer(option: str, text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise NanoromError(f"{option}: found {text!r}; allowed: whole numbers") from None
+
+
+def _groups(options: argparse.Namespace) -> int | None:
+    return None if options.groups is None else _integer("--groups", options.groups)
+
+
+def _number(text: str | None) -> str | float | None:
+    """A plain number is in SI, as in a scene file; anything else carries its unit."""
+    try:
+        return text if text is None else float(text)
+    except ValueError:
+        return text
+
+
+def run_command(options: argparse.Namespace) -> None:
+    from nanorom.launch import mpi_rank
+    from nanorom.workflow import run
+
+    scene = _scene(options)
+    directory = options.output or Path("results") / options.scene.stem
+    with _progress() as progress:
+        summary = run(scene, directory, progress, groups=_groups(options))
+    if summary is not None and mpi_rank() == 0:
+        total = sum(summary["seconds"].values())
+        print(f"results in {directory} after {total:.1f} s")
+
+
+def plan_command(options: argparse.Namespace) -> None:
+    from nanorom.workflow import plan
+
+    print(plan(_scene(options)))
+
+
+def reduce_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_writable
+    from nanorom.workflow import reduce
+
+    scene = _scene(options)
+    check_writable(options.output)
+    with _progress() as progress:
+        reduce(scene, progress, options.output, _groups(options))
+
+
+def tune_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_writable
+    from nanorom.launch import mpi_rank
+    from nanorom.workflow import tune
+
+    points = _integer("--points", options.points)
+    if not 2 <= points <= MOST_POINTS:
+        raise NanoromError(f"--points: found {points}; allowed: 2 to {MOST_POINTS}")
+    scene = _scene(options)
+    files = [options.output.with_suffix(suffix) for suffix in (".h5", ".csv", ".png")]
+    for file in files:
+        check_writable(file)
+    with _progress() as progress:
+        curve = tune(scene, points, progress)
+    if mpi_rank() == 0:
+        from nanorom.plots import load_curve
+
+        curve.save(files[0])
+        curve.save_csv(files[1])
+        load_curve(curve, files[2])
+        print(curve.text())
+
+
+def info_command(options: argparse.Namespace) -> None:
+    from nanorom.report import text as report
+
+    kind, content = _load(options.file)
+    texts: dict[str, Any] = {"rom": report.model_text, "response": report.response_text}
+    print(content.text() if kind == "curve" else texts[kind](content))
+
+
+def respond_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_writable
+    from nanorom.results.respond import respond
+    from nanorom.rom.model import ReducedModel
+    from nanorom.scene.excitation import Excitation
+
+    check_writable(options.output)
+    excitation = Excitation.from_file(options.sweep)
+    model = ReducedModel.load(options.model)
+    with _progress() as progress:
+        respond(
+            model,
+            excitation.drive,
+            excitation.sweep,
+            excitation.damping,
+            progress,
+            path=options.output,
+        )
+
+
+def export_command(options: argparse.Namespace) -> None:
+    from nanorom.export import export
+    from nanorom.rom.model import ReducedModel
+    from nanorom.scene.excitation import Excitation
+
+    omega: Any = options.omega and [_number(end) for end in options.omega]
+    suffix = {"auto": ".auto", "matlab": ".mat", "csv": ".csv"}[options.to]
+    excitation = None if options.sweep is None else Excitation.from_file(options.sweep)
+    written = export.export_model(
+        ReducedModel.load(options.model),
+        options.to,
+        options.output or options.model.with_suffix(suffix),
+        excitation,
+        level=options.level,
+        omega=omega,
+        direct=_number(options.direct),
+        parametric=_number(options.parametric),
+    )
+    print(written)
+
+
+def identify_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_directory, make_directory
+    from nanorom.measurement.data import Resonances
+    from nanorom.measurement.identify import USUAL, identify
+    from nanorom.report import text as report
+    from nanorom.scene.scene import Scene
+
+    if options.output is not None:
+        check_directory(options.output)
+    scene = Scene.from_file(options.scene)
+    measured = Resonances.from_file(options.measured)
+    unknowns = USUAL if options.unknowns is None else options.unknowns.split(",")
+    found = identify(scene, measured, unknowns)
+    print(report.identification_text(found))
+    if options.output is not None:
+        from nanorom.plots import resonance_figure
+
+        make_directory(options.output)
+        found.save_scene(options.output / "identified.toml")
+        resonance_figure(found, options.output / "resonances.png")
+
+
+def plot_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_directory, make_directory
+
+    directory = options.file.parent if options.output is None else options.output
+    check_directory(directory)
+    kind, content = _load(options.file)
+    measured = None
+    if options.data is not None:
+        from nanorom.measurement.data import MeasuredResponse
+
+        if kind == "rom":
+            raise FileError(f"{options.file}: --data goes with a response.h5, not with a model")
+        measured = MeasuredResponse.from_file(options.data)
+    from nanorom import plots
+
+    make_directory(directory)
+    if kind == "rom":
+        plots.mode_gallery(content, directory / "modes.png")
+    elif kind == "curve":
+        plots.load_curve(content, directory / options.file.with_suffix(".png").name)
+    else:
+        plots.response_figure(content, directory / "response.png", measured)
+        plots.amplitude_panels(content, directory / "amplitudes.png")
+
+
+def bench_command(options: argparse.Namespace) -> None:
+    from nanorom.bench import command
+
+    command.run(options.output, options.what or "speed", options.quick)
+
+
+def _load(path: Path) -> tuple[str, Any]:
+    from nanorom.files import hdf5
+    from nanorom.results import loadcurve, responsefile
+    from nanorom.rom import romfile
+
+    kind = hdf5.kind_of(path)
+    if kind == responsefile.FORMAT:
+        return "response", responsefile.load(path)
+    if kind == loadcurve.FORMAT:
+        return "curve", loadcurve.LoadCurve.load_file(path)
+    if kind in ("", romfile.FORMAT):
+        return "rom", romfile.load(path)
+    expected = "a rom.h5, a response.h5 or a tuning.h5"
+    raise FileError(f"{path}: an HDF5 file of format {kind!r}; expected {expected}")
+
+
+@contextmanager
+def _progress() -> Iterator[Any]:
+    """A callable(stage, done, total) that draws a bar, or None where nobody would see it."""
+    from nanorom.launch import mpi_rank
+
+    if mpi_rank() != 0 or not sys.stderr.isatty():
+        yield None
+        return
+    from tqdm import tqdm
+
+    bar = tqdm(file=sys.stderr, leave=False, bar_format="{desc}: {n_fmt}/{total_fmt} [{elapsed}]")
+
+    def show(stage: str, done: int, total: int) -> None:
+        bar.total, bar.n = total, done
+        bar.set_description_str(stage)
+
+    try:
+        yield show
+    finally:
+        bar.close()

@@ -1,0 +1,1 @@
+"""Families of orbits, followed by power series."""

@@ -1,0 +1,128 @@
+"""A traced branch with its multipliers at chosen points: the object on which special points are
+found.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from nanorom.continuation.branches.series import Series
+from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.orbits.floquet import FloquetSolver
+from nanorom.continuation.orbits.orbit import Orbit, same_orbit
+from nanorom.types import Array
+
+ARC_POINTS = 33
+LEAST_POINTS = 60  # on a branch, for a smooth picture; half as many where they cost most
+FEW_MODES = 4
+TAYLOR_SPACING = 2.0  # lengths of a Taylor series between two points
+PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a path: step number and parameter inside the step."""
+
+    step: int
+    a: float
+
+
+class Path:
+    """Steps of one branch in order, with the arc length along it."""
+
+    def __init__(self, tracer: Tracer, floquet: FloquetSolver, steps: list[Series]) -> None:
+        self.tracer, self.floquet, self.steps = tracer, floquet, steps
+        self.symmetric = floquet.signs(tracer.support) is not None
+        self._arcs = [_arc_length(step) for step in steps]
+        self.offsets = np.concatenate([[0.0], np.cumsum([length[-1] for _, length in self._arcs])])
+        self._ends = self.offsets.tolist()
+
+    def position(self, place: Place) -> float:
+        """Arc length from the start of the path."""
+        return float(self.offsets[place.step] + np.interp(place.a, *self._arcs[place.step]))
+
+    def place(self, position: float) -> Place:
+        number = min(max(bisect_left(self._ends, position) - 1, 0), len(self.steps) - 1)
+        parameter, length = self._arcs[number]
+        return Place(number, float(np.interp(position - self.offsets[number], length, parameter)))
+
+    def orbit(self, place: Place) -> Orbit:
+        return self.tracer.orbit(self.steps[place.step], place.a)
+
+    def contains(self, orbit: Orbit) -> bool:
+        """Whether the path passes through an orbit (or through it a period of the drive later)."""
+        if orbit.period_multiple != self.tracer.period_multiple:
+            return False
+        for step in self.steps:
+            for root in step.crossings(orbit.rate):
+                if same_orbit(self.tracer.orbit(step, root), orbit):
+                    return True
+        return False
+
+    def rate(self, place: Place) -> float:
+        return self.steps[place.step].rate(place.a)
+
+    def rate_slope(self, place: Place) -> float:
+        return self.steps[place.step].rate_slope(place.a)
+
+    def rate_slopes(self, positions: Array) -> Array:
+        """Slopes of the rate (n,) at arc lengths (n,) in order."""
+        numbers = np.clip(np.searchsorted(self.offsets, positions) - 1, 0, len(self.steps) - 1)
+        slopes = np.empty(len(positions))
+        for number in np.unique(numbers):
+            members = numbers == number
+            parameter, length = self._arcs[number]
+            a = np.interp(positions[members] - self.offsets[number], length, parameter)
+            slopes[members] = self.steps[number].rate_slopes(a)
+        return slopes
+
+    def initial_places(self) -> list[Place]:
+        """The expansion points of the steps, the end, and as many points between as the
+        multipliers' phases ask for.
+        """
+        places = []
+        for number, step in enumerate(self.steps):
+            first, last = step.start, step.length
+            periods = 2 * np.pi / np.array([step.rate(first), step.rate(last)])
+            count = max(
+                1, int(np.ceil(abs(periods[1] - periods[0]) * self.floquet.fastest / PHASE_SPACING))
+            )
+            least = LEAST_POINTS if self.tracer.system.size <= FEW_MODES else LEAST_POINTS // 2
+            count = max(count, -(-least // len(self.steps)))
+            count = max(count, int(np.ceil((last - first) / (TAYLOR_SPACING * step.taylor))))
+            if number == 0:
+                first += 1e-3 * (last - first)
+            places += [Place(number, first + (last - first) * i / count) for i in range(count)]
+        last_step = self.steps[-1]
+        margin = 1e-3 * (last_step.length - last_step.start)
+        return places + [Place(len(self.steps) - 1, last_step.length - margin)]
+
+    def maps(self, places: list[Place]) -> tuple[Array, Array]:
+        """Monodromy matrices (n, 2L, 2L) and their eigenvalues (n, 2L); over half a period, with
+        the symmetry applied, if the path is symmetric.
+        """
+        orbits = [self.orbit(place) for place in places]
+        size = 2 * self.tracer.system.size
+        result = np.empty((len(places), size, size))
+        eigenvalues = np.empty((len(places), size), dtype=complex)
+        rows = np.array([len(orbit.coefficients) for orbit in orbits])
+        for count in np.unique(rows):
+            members = np.flatnonzero(rows == count)
+            result[members], eigenvalues[members] = self.floquet.monodromy(
+                np.stack([orbits[i].coefficients for i in members]),
+                np.array([orbits[i].rate for i in members]),
+                self.tracer.period_multiple,
+                self.tracer.support,
+            )
+        return result, eigenvalues
+
+
+def _arc_length(step: Series) -> tuple[Array, Array]:
+    """Equidistant values of the parameter of a step and the arc length from its start."""
+    a = np.linspace(step.start, step.length, ARC_POINTS)
+    speed = np.linalg.norm(step.derivative(a), axis=1)
+    return a, cumulative_trapezoid(speed, a, initial=0.0)

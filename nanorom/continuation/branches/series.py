@@ -1,0 +1,290 @@
+"""Taylor series of a solution branch: the asymptotic numerical method.
+
+With X(a) = sum X_k a^k and rate(a) = sum rate_k a^k in R(X, rate) = 0, every order is a linear
+system with the same matrix, so one LU factorisation gives some twenty derivatives of the branch.
+The parameter a is the distance along the previous tangent. Source: Cochelin and Vergez 2009,
+doi:10.1016/j.jsv.2009.01.054 (there with a quadratic recast; here the cubic force is expanded
+directly).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nanorom.continuation.branches.rational import (
+    denominator,
+    multiplied,
+    reach,
+    real_roots,
+)
+from nanorom.continuation.orbits.balance import BorderedFactors, HarmonicBalance
+from nanorom.types import Array, Numbers
+
+ORDER = 24
+
+
+@dataclass(eq=False)
+class Series:
+    """One step of a branch: polynomials of the parameter a over a common one, on [start, length].
+
+    The sum of coefficients_k a^k and rates_k a^k is divided by that of denominator_k a^k.
+    """
+
+    balance: HarmonicBalance
+    coefficients: Array  # (order + 1, n) of the packed unknowns
+    rates: Array  # (order + 1,)
+    denominator: Array = field(default_factory=lambda: np.ones(1))
+    length: float = 0.0
+    taylor: float = np.inf  # length at which the Taylor series itself would end
+    start: float = 0.0
+    powers: Numbers = field(init=False)
+    bend: Array = field(init=False)  # derivative of the denominator
+
+    def __post_init__(self) -> None:
+        self.powers = np.arange(len(self.rates))
+        self.bend = (self.powers[: len(self.denominator)] * self.denominator)[1:]
+
+    @classmethod
+    def from_terms(
+        cls, balance: HarmonicBalance, packed: Array, rates: Array, tolerance: float
+    ) -> Series:
+        """The quotient for Taylor series (order + 1, n) and (order + 1,), as long as it is right to
+        `tolerance`, relative to the orbit and to the rate.
+        """
+        scale = max(float(np.abs(packed[0]).max(initial=0.0)), 1e-6)
+        terms = np.column_stack([packed / scale, rates / rates[0]])
+        below = denominator(terms)
+        plain = reach(terms, np.ones(1), tolerance)
+        above = multiplied(below, terms)
+        length = reach(above, below, tolerance)
+        above[:, :-1] *= scale
+        above[:, -1] *= rates[0]
+        unknowns = np.ascontiguousarray(above[:, :-1])
+        return cls(balance, unknowns, above[:, -1], below, length, plain)
+
+    def _weights(self, a: float | Array) -> Array:
+        """Of the terms in the value at a, (..., order + 1)."""
+        powers = np.asarray(a)[..., None] ** self.powers
+        return np.asarray(powers / self._below(powers))
+
+    def _slopes(self, a: float | Array) -> Array:
+        """Of the terms in the derivative at a, (..., order + 1)."""
+        powers = np.asarray(a)[..., None] ** self.powers
+        below = self._below(powers)
+        slopes = np.zeros_like(powers)
+        slopes[..., 1:] = self.powers[1:] * powers[..., :-1]
+        if len(self.bend):
+            bend = (powers[..., : len(self.bend)] @ self.bend)[..., None]
+            slopes = np.subtract(slopes, powers * bend / below)
+        return np.asarray(slopes / below)
+
+    def _below(self, powers: Numbers) -> Array:
+        return np.asarray(powers[..., : len(self.denominator)] @ self.denominator)[..., None]
+
+    def at(self, a: float) -> tuple[Array, float]:
+        """Basis coefficients (rows, modes) and rate at a."""
+        weights = self._weights(a)
+        return self.balance.basis.unpack(weights @ self.coefficients), float(weights @ self.rates)
+
+    def rate(self, a: float) -> float:
+        return float(self._weights(a) @ self.rates)
+
+    def rate_slope(self, a: float) -> float:
+        return float(self._slopes(a) @ self.rates)
+
+    def rate_slopes(self, a: Array) -> Array:
+        return np.asarray(self._slopes(a) @ self.rates)
+
+    def derivative(self, a: float | Array) -> Array:
+        """d(unknowns, rate)/da at the places (...), (..., n + 1)."""
+        slopes = self._slopes(a)
+        parts = slopes @ self.coefficients, (slopes @ self.rates)[..., None]
+        return np.concatenate(parts, axis=-1)
+
+    def tangent(self, a: float) -> Array:
+        """Unit tangent (n + 1,) of the branch at a."""
+        direction = self.derivative(a)
+        return np.asarray(direction / np.linalg.norm(direction))
+
+    def reversed(self) -> Series:
+        """The same step the other way round."""
+        signs = (-1.0) ** self.powers
+        return Series(
+            self.balance,
+            signs[:, None] * self.coefficients,
+            signs * self.rates,
+            signs[: len(self.denominator)] * self.denominator,
+            length=-self.start,
+            taylor=self.taylor,
+            start=-self.length,
+        )
+
+    def crossings(self, rate: float) -> list[float]:
+        """Where the branch passes a rate within the step."""
+        shifted = self.rates.copy()
+        shifted[: len(self.denominator)] -= rate * self.denominator
+        return _roots_between(shifted, self.start, self.length)
+
+    def folds(self, low: float, high: float) -> list[float]:
+        """Where the rate turns back, in [low, high] with low <= 0 <= high."""
+        slope = self.powers[1:] * self.rates[1:]
+        if len(self.bend):
+            slope = np.convolve(slope, self.denominator) - np.convolve(self.rates, self.bend)
+        return _roots_between(slope, low, high)
+
+
+def _roots_between(polynomial: Array, low: float, high: float) -> list[float]:
+    """Real roots in [low, high] with low <= 0 <= high; of 0 itself only an exact one."""
+    mirrored = polynomial * (-1.0) ** np.arange(len(polynomial))
+    below = [-root for root in real_roots(mirrored, -low)] if low < 0 else []
+    above = real_roots(polynomial, high) if high > 0 else []
+    return below[::-1] + ([0.0] if polynomial[0] == 0 else []) + above
+
+
+class SeriesExpansion:
+    """Work space for the recursion on one harmonic balance; buffers are reused from step to
+    step.
+    """
+
+    def __init__(self, balance: HarmonicBalance, order: int = ORDER) -> None:
+        self.balance, self.order = balance, order
+        n, size = balance.basis.samples, balance.size
+        rows = balance.basis.shape[0]
+        self.forward = np.zeros((n, order + 1, size))
+        self.backward = np.zeros((n, order + 1, size))
+        self.secants = np.zeros((n, order + 1, size * size))
+        self.orders = np.zeros((order + 1, rows, size))
+        # large temporaries would be returned to the system and faulted in again at every operation
+        self._squares = np.empty((n, size, size))
+        first, second = balance.pairs
+        self._upper = first * size + second
+        self._pairs = np.empty((n, len(first)))
+        if balance.has_loss:
+            self.losses = np.zeros((n, order + 1, size * size))
+            self.velocity = np.zeros((n, order + 1, size))
+            self.friction = np.zeros((order + 1, n, size))
+        by_last = balance.cubic.reshape(len(first), size, size).transpose(1, 0, 2)
+        self.cubic_by_last = np.ascontiguousarray(by_last).reshape(size, len(first) * size)
+
+    def expand(self, x: Array, rate: float, factors: BorderedFactors) -> tuple[Array, Array]:
+        """Coefficients (order + 1, n) and rates (order + 1,) of the branch through (x, rate)."""
+        balance, basis = self.balance, self.balance.basis
+        size, order = balance.size, self.order
+        rates = np.zeros(order + 1)
+        squares = np.zeros(order + 1)
+        rates[0], squares[0] = rate, rate * rate
+        packed = np.zeros((order + 1, basis.size))
+        if basis.size == 0:  # rest: only the rate changes
+            rates[1] = factors.solve(np.ones(1))[0]
+            return packed, rates
+        packed[0] = basis.pack(x)
+        self._store(0, x)
+        v0 = self.forward[:, 0].copy()
+        self.secants[:, 0] = balance.secant(v0)
+        cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(len(v0), -1, size)
+        if balance.has_loss:
+            self._store_friction(0)
+        first, second = balance.pairs
+        factors_at_v0 = v0[:, first], v0[:, second]
+        rhs = np.zeros(basis.size + 1)
+        for k in range(1, order + 1):
+            rhs[-1] = 1.0 if k == 1 else 0.0
+            pairs = None
+            if k > 1:
+                pairs = self._known_pairs(k)
+                squares[k] = rates[1:k] @ rates[k - 1 : 0 : -1]
+                rhs[:-1] = -basis.pack(self._known(k, pairs, cubic_at_v0, rates, squares))
+            solution = factors.solve(rhs)
+            packed[k] = solution[:-1]
+            rates[k] = solution[-1]
+            squares[k] += 2.0 * rate * rates[k]
+            if k < order:
+                self._store(k, basis.unpack(packed[k]))
+                self._complete(k, pairs, factors_at_v0)
+                if balance.has_loss:
+                    self._store_friction(k)
+        return packed, rates
+
+    def _store(self, k: int, x: Array) -> None:
+        self.orders[k] = x
+        v = self.balance.basis.synthesis @ x
+        self.forward[:, k] = v
+        self.backward[:, self.order - k] = v
+        if self.balance.has_loss:
+            self.velocity[:, self.order - k] = (
+                self.balance.basis.synthesis @ self.balance.derivative(x)
+            )
+
+    def _known_pairs(self, k: int) -> Array:
+        """Products q_j q_l (j <= l) of order k without those of the unknowns of order k."""
+        squares = np.matmul(
+            self.forward[:, 1:k].transpose(0, 2, 1),
+            self.backward[:, self.order - k + 1 : self.order],
+            out=self._squares,
+        )
+        flat = squares.reshape(len(squares), -1)
+        # mode: the indices are known to be good
+        return flat.take(self._upper, axis=1, out=self._pairs, mode="clip")
+
+    def _known(
+        self, k: int, pairs: Array, cubic_at_v0: Array, rates: Array, squares: Array
+    ) -> Array:
+        """Terms of order k that do not contain the unknowns of order k."""
+        balance, basis = self.balance, self.balance.basis
+        size = balance.size
+        n = len(pairs)
+        past = slice(self.order - k + 1, self.order)
+        force = np.matmul(
+            self.backward[:, past].reshape(n, 1, -1),
+            self.secants[:, 1:k].reshape(n, (k - 1) * size, size),
+        )
+        force += np.matmul(pairs[:, None, :], cubic_at_v0)
+        samples = force[:, 0, :]
+        if balance.has_loss:
+            partial = (pairs @ balance.loss).reshape(n, size, size)
+            y = np.matmul(self.velocity[:, self.order][:, None, :], partial)
+            y += np.matmul(
+                self.velocity[:, past].reshape(n, 1, -1),
+                self.losses[:, 1:k].reshape(n, (k - 1) * size, size),
+            )
+            samples = samples + rates[0] * y[:, 0, :]
+            samples += np.tensordot(rates[k - 1 : 0 : -1], self.friction[1:k], axes=1)
+        orders = self.orders[1:k].reshape(k - 1, -1)
+        inertia = (squares[k - 1 : 0 : -1] @ orders).reshape(-1, size)
+        inertia += squares[k] * self.orders[0]
+        known = basis.analysis @ samples
+        known += basis.second_weight * inertia
+        slope = balance.derivative((rates[k - 1 : 0 : -1] @ orders).reshape(-1, size))
+        known += slope @ balance.damping_t
+        return np.asarray(known)
+
+    def _complete(self, k: int, pairs: Array | None, v0: tuple[Array, Array]) -> None:
+        """Secant matrices (and losses) of order k, now that the unknowns of order k are there.
+
+        v0 : the first and the second factor of every pair at order 0.
+        """
+        balance = self.balance
+        v = self.forward[:, k]
+        first, second = balance.pairs
+        total = v0[0] * v[:, second]
+        total += v0[1] * v[:, first]
+        if pairs is not None:
+            total += pairs
+        np.matmul(total, balance.cubic, out=self.secants[:, k])
+        if balance.has_quadratic:
+            self.secants[:, k] += v @ balance.quadratic
+        if balance.has_loss:
+            np.matmul(total, balance.loss, out=self.losses[:, k])
+
+    def _store_friction(self, k: int) -> None:
+        """y_k = sum_i W_i z_(k-i), the damping force of order k before the factor rate."""
+        size = self.balance.size
+        if k == 0:
+            v0 = self.forward[:, 0]
+            self.losses[:, 0] = self.balance.products(v0) @ self.balance.loss
+        n = len(self.losses)
+        z = self.velocity[:, self.order - k :].reshape(n, 1, -1)
+        w = self.losses[:, : k + 1].reshape(n, (k + 1) * size, size)
+        self.friction[k] = np.matmul(z, w)[:, 0, :]

@@ -1,0 +1,211 @@
+"""Following one branch of periodic orbits step by step, with harmonics adapted on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from nanorom.continuation.branches.series import Series, SeriesExpansion
+from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
+from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, Support, basis_for
+from nanorom.continuation.orbits.orbit import Orbit
+from nanorom.continuation.settings import Settings
+from nanorom.continuation.system import ScaledSystem
+from nanorom.errors import ContinuationError
+from nanorom.types import Array
+
+LARGEST_STEP = 10.0  # times orbit and frequency (of a linear system the series never ends)
+UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
+
+
+class Tracer:
+    """Branches of one system inside one invariant support."""
+
+    def __init__(
+        self, system: ScaledSystem, support: Support, period_multiple: int, settings: Settings
+    ) -> None:
+        self.system, self.support, self.period_multiple = system, support, period_multiple
+        self.settings = settings
+        self.ending = "open"
+        self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
+        self.ladder = [
+            h
+            for h in HARMONIC_LADDER
+            if 2 * period_multiple <= h <= settings.harmonics * period_multiple
+        ]
+
+    def balance(self, harmonics: int) -> HarmonicBalance:
+        return self.pair(harmonics)[0]
+
+    def pair(self, harmonics: int) -> tuple[HarmonicBalance, SeriesExpansion]:
+        if harmonics not in self._balances:
+            balance = HarmonicBalance(
+                self.system, basis_for(self.support, harmonics, self.period_multiple)
+            )
+            self._balances[harmonics] = (balance, SeriesExpansion(balance))
+        return self._balances[harmonics]
+
+    def orbit(self, series: Series, a: float) -> Orbit:
+        x, rate = series.at(a)
+        return Orbit(series.balance.basis.expand(x, self.system.size), rate, self.period_multiple)
+
+    def spectrum(self, balance: HarmonicBalance, x: Array) -> Array:
+        """Largest coefficient of each harmonic 0 ... H."""
+        basis = balance.basis
+        sizes = np.zeros(basis.harmonics + 1)
+        np.maximum.at(sizes, basis.number, np.abs(x).max(axis=1, initial=0.0))
+        return sizes
+
+    def tail(self, balance: HarmonicBalance, x: Array, harmonics: int | None = None) -> float:
+        """Size of the last harmonics (those above `harmonics`, if given) relative to the
+        largest.
+        """
+        sizes = self.spectrum(balance, x)
+        first = (balance.basis.harmonics if harmonics is None else harmonics) - 1
+        return float(sizes[first:].max() / max(sizes.max(), 1e-30))
+
+    def adapt(self, balance: HarmonicBalance, x: Array) -> int:
+        """The number of harmonics this orbit deserves."""
+        tolerance = self.settings.tolerance
+        harmonics = balance.basis.harmonics
+        position = self.ladder.index(harmonics)
+        tail = self.tail(balance, x)
+        if tail > tolerance:
+            decay = np.log(max(tail, 1e-16)) / harmonics
+            wanted = (
+                harmonics * 1.1
+                if decay > -1e-3
+                else min(np.log(tolerance) / decay, harmonics * 1.6)
+            )
+            higher = [h for h in self.ladder[position + 1 :] if h >= wanted] or self.ladder[-1:]
+            return max(higher[0], harmonics)
+        while position > 0 and self.tail(balance, x, self.ladder[position - 1]) < tolerance / 30:
+            position -= 1
+        return self.ladder[position]
+
+    def solve(
+        self, orbit: Orbit, border: Callable[[HarmonicBalance], Array]
+    ) -> tuple[Orbit, HarmonicBalance]:
+        """Newton's method from an approximate orbit, with as many harmonics as it turns out to
+        need.
+        """
+        known = (len(orbit.coefficients) - 1) // 2
+        harmonics = next((h for h in self.ladder if h >= known), self.ladder[-1])
+        for _ in range(len(self.ladder)):
+            balance = self.balance(harmonics)
+            x = balance.basis.compress(orbit.coefficients)
+            x, rate, _ = balance.correct(x, orbit.rate, border(balance), 1e-10, iterations=15)
+            orbit = Orbit(balance.basis.expand(x, self.system.size), rate, self.period_multiple)
+            wanted = self.adapt(balance, x)
+            if wanted <= harmonics:
+                return orbit, balance
+            harmonics = wanted
+        raise ContinuationError("the harmonics of the orbit do not converge; raise `harmonics`")
+
+    def follow(
+        self, orbit: Orbit, direction: Array | float, rate_range: tuple[float, float]
+    ) -> Iterator[Series]:
+        """Steps of the branch through a converged orbit until it leaves the range of rates;
+        `ending` says why it stopped.
+
+        `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit
+        moves first.
+        """
+        known = (len(orbit.coefficients) - 1) // 2
+        balance, expansion = self.pair(next(h for h in self.ladder if h >= known))
+        x, rate = balance.basis.compress(orbit.coefficients), orbit.rate
+        border = self._first_border(balance, direction)
+        self.ending = "open"
+        for _ in range(self.settings.steps):
+            try:
+                x, rate, factors = balance.correct(x, rate, border, 1e-7)
+            except NewtonFailure:
+                self.ending = "lost"
+                return
+            wanted = self.adapt(balance, x)
+            if wanted != balance.basis.harmonics:
+                x, border = self.transfer(balance, wanted, x, border)
+                balance, expansion = self.pair(wanted)
+                if wanted > known:
+                    known = wanted
+                    continue
+                x, rate, factors = balance.correct(x, rate, border, 1e-7)
+            known = balance.basis.harmonics
+            if (
+                known == self.ladder[-1]
+                and self.tail(balance, x) > UNRESOLVED * self.settings.tolerance
+            ):
+                self.ending = "harmonics"
+                return
+            packed, rates = expansion.expand(x, rate, factors)
+            series = Series.from_terms(balance, packed, rates, self.settings.series)
+            series.length = self._length(series, rates)
+            series.length, inside = _leave(series, rate_range)
+            if not inside:
+                self.ending = "range"
+            yield series
+            if not inside:
+                return
+            x, rate = series.at(series.length)
+            border = series.tangent(series.length)
+        self.ending = "steps"
+
+    def _first_border(self, balance: HarmonicBalance, direction: Array | float) -> Array:
+        border = np.zeros(balance.basis.size + 1)
+        if np.ndim(direction) == 0:
+            border[-1] = float(direction)
+        else:
+            border[:-1] = balance.basis.pack(balance.basis.compress(np.asarray(direction)))
+        return border / np.linalg.norm(border)
+
+    def transfer(
+        self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array
+    ) -> tuple[Array, Array]:
+        """The same point and border on another number of harmonics."""
+        old, new = balance.basis, self.balance(harmonics).basis
+        size = self.system.size
+        moved = new.compress(old.expand(x, size))
+        direction = new.pack(new.compress(old.expand(old.unpack(border[:-1]), size)))
+        border = np.append(direction, border[-1])
+        return moved, border / np.linalg.norm(border)
+
+    def _length(self, series: Series, rates: Array) -> float:
+        """Length of the step: the series converges, the harmonics suffice, the residual at its end
+        is small.
+        """
+        balance = series.balance
+        start, rate = series.at(0.0)
+        scale = max(float(np.abs(start).max(initial=0.0)), 1e-6)
+        length = series.length
+        # a straight (linear) branch has an infinite radius; multipliers still want points on the
+        # way
+        drift = abs(rates[1]) * length / rate
+        if drift > 0.25 or not np.isfinite(length):
+            length = 0.25 * rate / abs(rates[1])
+        length = min(length, LARGEST_STEP * max(scale, rate))
+        # on a coarse grid, so that round-off (other units, say) does not move the points
+        length = float(2.0 ** (np.floor(16 * np.log2(length)) / 16))
+        for _ in range(12):
+            x, rate = series.at(length)
+            residual = balance.basis.pack(balance.residual(x, rate))
+            error = float(np.abs(residual).max(initial=0.0))
+            good_tail = self.tail(balance, x) < 30 * self.settings.tolerance
+            if rate > 0 and error < 1e-6 * scale * max(1.0, rate**2) and good_tail:
+                return length
+            length *= 0.7
+        return length
+
+
+def _leave(series: Series, rate_range: tuple[float, float]) -> tuple[float, bool]:
+    """Where the step leaves the range of rates: (length, still inside)."""
+    first = series.length
+    inside = True
+    for limit, sign in zip(rate_range, (-1.0, 1.0)):
+        for root in series.crossings(limit):
+            if sign * series.rate_slope(root) > 0 and root < first:
+                first, inside = root, False
+    end_rate = series.rate(series.length)
+    if inside and not rate_range[0] <= end_rate <= rate_range[1]:
+        inside = False
+    return first, inside

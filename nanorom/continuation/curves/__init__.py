@@ -1,0 +1,1 @@
+"""Loci of special points, and backbones."""

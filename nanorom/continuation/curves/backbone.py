@@ -1,0 +1,137 @@
+"""Backbone curves: periodic motions of the undamped, undriven model (nonlinear normal modes).
+
+With the time origin at a turning point the motion is even in time, so the balance is written for
+cosines alone and needs no phase condition. Source: Kerschen, Peeters, Golinval and Vakakis 2009,
+doi:10.1016/j.ymssp.2008.04.002.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import attrs
+import numpy as np
+
+from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.orbits.harmonics import Support, close_support
+from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, orbit_amplitudes
+from nanorom.continuation.settings import Settings, check_range
+from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.threads import one_thread
+from nanorom.errors import ContinuationError
+from nanorom.types import Array
+
+FIRST_AMPLITUDE = 1e-3
+
+
+@attrs.frozen(eq=False)
+class Backbone:
+    """omega (n,) of the free motion, amplitude (n, L) = max |q_r|, orbits and energy (n,).
+
+    energy (n,) is the potential energy at the turning point, in the units of the system; it is the
+    whole energy if the forces derive from a potential.
+    """
+
+    omega: Array
+    amplitude: Array
+    energy: Array
+    orbits: list[PeriodicOrbit] = attrs.field(repr=False)
+
+
+@one_thread()
+def backbone(
+    system: ModalSystem,
+    mode: int = 0,
+    omega: tuple[float, float] | None = None,
+    *,
+    amplitude: float | None = None,
+    tolerance: float = 1e-9,
+    steps: int = 300,
+) -> Backbone:
+    """Follow the nonlinear normal mode that starts at a linear mode.
+
+    Parameters
+    ----------
+    system : ModalSystem; damping and drives are left out
+    mode : number of the linear mode, from 0, by natural frequency
+    omega : (low, high), where to stop; default 0.2 to 3 times the natural frequency
+    amplitude : stop when max |q_r| of any mode exceeds this, in the units of the system
+    steps : most steps
+
+    Raises
+    ------
+    ContinuationError
+        for a mode that does not exist or an invalid range.
+    """
+    if not 0 <= mode < system.size:
+        raise ContinuationError(f"mode: {mode} does not exist; there are {system.size} from 0")
+    scaled = _conservative(system.scaled())
+    values, vectors = np.linalg.eig(scaled.stiffness)
+    chosen = np.argsort(values.real)[mode]
+    frequency, shape = float(np.sqrt(values.real[chosen])), vectors[:, chosen].real
+    shape = shape / np.abs(shape).max()
+    if omega is None:
+        limits = (0.2 * frequency, 3.0 * frequency)
+    else:
+        low, high = check_range(omega)
+        limits = (low / scaled.frequency, high / scaled.frequency)
+    tracer = _even_tracer(scaled, shape, Settings(tolerance=tolerance, steps=steps))
+    start = np.zeros((7, scaled.size))
+    start[1] = FIRST_AMPLITUDE * shape
+    direction = np.zeros_like(start)
+    direction[1] = shape
+
+    def along_mode(balance):  # type: ignore[no-untyped-def]
+        packed = balance.basis.pack(balance.basis.compress(direction))
+        return np.append(packed, 0.0)
+
+    orbit, _ = tracer.solve(Orbit(start, frequency, 1), along_mode)
+    most = np.inf if amplitude is None else amplitude / scaled.amplitude
+    orbits = []
+    for series in tracer.follow(orbit, direction, limits):
+        points = [tracer.orbit(series, f * series.length) for f in (0.0, 1 / 3, 2 / 3)]
+        orbits += points
+        if orbit_amplitudes(points[-1].coefficients[None]).max() > most:
+            break
+    else:
+        orbits.append(tracer.orbit(series, series.length))
+    return _result(system, scaled, orbits)
+
+
+def _conservative(system: ScaledSystem) -> ScaledSystem:
+    zero = np.zeros_like
+    return replace(
+        system,
+        damping=zero(system.damping),
+        loss=zero(system.loss),
+        force=zero(system.force),
+        parametric=zero(system.parametric),
+    )
+
+
+def _even_tracer(system: ScaledSystem, shape: Array, settings: Settings) -> Tracer:
+    """A tracer for motions even in time, on the modes and harmonics that the linear mode
+    excites.
+    """
+    table = np.zeros((system.size, 2), dtype=bool)
+    table[np.abs(shape) > 1e-12, 1] = True
+    closed = close_support(system, Support(table))
+    return Tracer(system, Support(closed.table, even=True), 1, settings)
+
+
+def _result(system: ModalSystem, scaled: ScaledSystem, orbits: list[Orbit]) -> Backbone:
+    unit = scaled.amplitude
+    turning = np.array(
+        [orbit.coefficients[0] + orbit.coefficients[1::2].sum(0) for orbit in orbits]
+    )
+    q = turning * unit
+    potential = np.einsum("nr,rj,nj->n", q, system.stiffness, q) / 2
+    potential += np.einsum("nr,rjk,nj,nk->n", q, system.quadratic, q, q) / 3
+    potential += np.einsum("nr,rjkl,nj,nk,nl->n", q, system.cubic, q, q, q) / 4
+    omega = np.array([orbit.omega for orbit in orbits]) * scaled.frequency
+    return Backbone(
+        omega=omega,
+        amplitude=np.array([orbit_amplitudes(o.coefficients[None])[0] for o in orbits]) * unit,
+        energy=potential,
+        orbits=[PeriodicOrbit(o.coefficients * unit, w) for o, w in zip(orbits, omega)],
+    )

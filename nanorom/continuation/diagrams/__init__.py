@@ -1,0 +1,1 @@
+"""Whole diagrams: branches, special points, isolas, several levels."""

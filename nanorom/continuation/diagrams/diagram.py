@@ -1,0 +1,92 @@
+"""What `explore` returns: branches and special points in the user's units."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from nanorom.continuation.orbits.orbit import PeriodicOrbit
+from nanorom.types import Array
+
+
+@attrs.define(eq=False)
+class SpecialPoint:
+    """A bifurcation of periodic orbits.
+
+    type: "LP", "PD", "NS" or "BP"; omega in the user's unit; amplitude (L,) = max |q_r| over a
+    period; multipliers (2L,); state (2L,) = (q, dq/dt) at forcing phase 0; branch: index of the
+    branch it lies on.
+    """
+
+    type: str
+    omega: float
+    amplitude: Array
+    multipliers: Array
+    state: Array
+    branch: int
+    period_multiple: int
+    coefficients: Array = attrs.field(repr=False)
+
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The periodic orbit at the bifurcation."""
+        return PeriodicOrbit(self.coefficients, self.omega, self.period_multiple)
+
+
+@attrs.define(eq=False)
+class Branch:
+    """A branch of periodic orbits of period period_multiple * 2 pi / omega.
+
+    omega (n,); amplitude (n, L) = max |q_r| over a period; stable (n,); multipliers (n, 2L),
+    largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
+    omega t / period_multiple, ordered 1, cos, sin, cos 2, ...; parent: index of the branch it
+    bifurcates from, or None; origin: index of the special point it starts at, or None; ending: why
+    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost").
+    """
+
+    omega: Array
+    amplitude: Array
+    stable: Array
+    multipliers: Array
+    period_multiple: int
+    parent: int | None
+    origin: int | None
+    coefficients: list[Array] = attrs.field(repr=False)
+    ending: str = ""
+
+    def orbit(self, index: int) -> PeriodicOrbit:
+        """The periodic orbit of one point of the branch."""
+        return PeriodicOrbit(
+            self.coefficients[index], float(self.omega[index]), self.period_multiple
+        )
+
+    def __len__(self) -> int:
+        return len(self.omega)
+
+
+@attrs.define(eq=False)
+class Diagram:
+    """All branches and special points of one drive level."""
+
+    branches: list[Branch]
+    special_points: list[SpecialPoint]
+    direct: float = 0.0
+    parametric: float = 0.0
+
+    def points(self, kind: str | None = None, branch: int | None = None) -> list[SpecialPoint]:
+        """Special points of one type and/or one branch."""
+        return [
+            point
+            for point in self.special_points
+            if (kind is None or point.type == kind) and (branch is None or point.branch == branch)
+        ]
+
+    def __str__(self) -> str:
+        lines = [f"{len(self.branches)} branches, {len(self.special_points)} special points"]
+        for point in self.special_points:
+            amplitude = np.array2string(point.amplitude, precision=4, max_line_width=60)
+            lines.append(
+                f"{point.type}  omega = {point.omega:.10g}  branch {point.branch}  "
+                f"amplitude {amplitude}"
+            )
+        return "\n".join(lines)

@@ -1,0 +1,195 @@
+"""Several drive levels, on as many cores as there are; the result is that of one after the
+other.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from nanorom.continuation.diagrams.diagram import Diagram
+from nanorom.continuation.diagrams.explore import explore
+from nanorom.continuation.diagrams.isolas import seeds_for
+from nanorom.continuation.system import ModalSystem
+from nanorom.errors import ContinuationError
+
+Level = tuple[float, float]  # direct, parametric
+Jobs = dict[int, tuple[Level, dict[str, Any]]]  # level and its own options by number
+
+
+def explore_levels(
+    system: ModalSystem,
+    omega: tuple[float, float],
+    levels: Sequence[Level],
+    processes: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> list[Diagram]:
+    """`explore` at every drive level (direct, parametric), in the order of the levels, with the
+    isolas that neighbouring levels lead to.
+
+    Parameters
+    ----------
+    system, omega, options : as for `explore`
+    levels : (direct, parametric) pairs
+    processes : number of processes; the cores at hand if left out, 1 for none but this one
+    progress : called with (levels done, of how many) whenever a level is finished
+
+    Raises
+    ------
+    ContinuationError
+        of the first level that fails, naming the level.
+    """
+    found: dict[int, Diagram] = {}
+    for number, diagram in explore_each(system, omega, levels, processes, **options):
+        found[number] = diagram
+        if progress is not None:
+            progress(len(found), len(levels))
+    diagrams = [found[number] for number in range(len(levels))]
+    return add_isolas(system, omega, diagrams, processes, **options)
+
+
+def explore_each(
+    system: ModalSystem,
+    omega: tuple[float, float],
+    levels: Sequence[Level],
+    processes: int | None = None,
+    **options: Any,
+) -> Iterator[tuple[int, Diagram]]:
+    """`explore` at every drive level: (number of the level, diagram) as they are finished.
+
+    Parameters and errors are those of `explore_levels`.
+    """
+    levels = _checked(levels)
+    # strong drive costs most: start there
+    order = sorted(range(len(levels)), key=lambda i: -sum(abs(x) for x in levels[i]))
+    jobs: Jobs = {i: (levels[i], {}) for i in order}
+    yield from _each(system, omega, jobs, processes, options)
+
+
+def add_isolas(
+    system: ModalSystem,
+    omega: tuple[float, float],
+    diagrams: Sequence[Diagram],
+    processes: int | None = None,
+    **options: Any,
+) -> list[Diagram]:
+    """The diagrams of neighbouring levels with the isolas to which each other's orbits lead.
+
+    diagrams : those of `explore_levels`, in the order of the levels; the other parameters are those
+        they were made with. A level that gained a branch serves its neighbours in turn.
+    """
+    found = list(diagrams)
+    changed = set(range(len(found)))
+    while changed:
+        jobs: Jobs = {}
+        for i, diagram in enumerate(found):
+            others = [found[j] for j in (i - 1, i + 1) if j in changed and 0 <= j < len(found)]
+            seeds = seeds_for(diagram, others)
+            if seeds:
+                level = (diagram.direct, diagram.parametric)
+                jobs[i] = level, {"known": diagram, "seeds": seeds}
+        changed = set()
+        for i, diagram in _each(system, omega, jobs, processes, options):
+            if len(diagram.branches) > len(found[i].branches):
+                found[i] = diagram
+                changed.add(i)
+    return found
+
+
+def _checked(levels: Sequence[Level]) -> list[Level]:
+    try:
+        return [(float(d), float(p)) for d, p in levels]
+    except (TypeError, ValueError):
+        raise ContinuationError("levels: give pairs of numbers (direct, parametric)") from None
+
+
+def cores() -> int:
+    """Number of cores that this process may use; of all, where the system does not tell."""
+    if hasattr(os, "sched_getaffinity"):  # Linux alone
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _each(
+    system: ModalSystem,
+    omega: tuple[float, float],
+    jobs: Jobs,
+    processes: int | None,
+    options: dict[str, Any],
+) -> Iterator[tuple[int, Diagram]]:
+    """The diagrams of jobs as they are finished, begun in the order of the jobs."""
+    if processes is None:
+        processes = cores()
+    if processes < 1:
+        raise ContinuationError(f"processes: {processes} is not a positive number")
+    processes = min(processes, len(jobs))
+    if processes <= 1:
+        for number in sorted(jobs):
+            level, own = jobs[number]
+            yield number, _one(system, omega, level, options | own)
+        return
+    # a forked process needs no import and no guard in the caller's script
+    method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
+    context = multiprocessing.get_context(method)
+    others = multiprocessing.active_children()
+    given = system, omega, jobs, options
+    with ProcessPoolExecutor(processes, context, _start, given) as pool:
+        waiting = {pool.submit(_shared, number): number for number in jobs}
+        try:
+            for future in as_completed(waiting):
+                yield waiting[future], future.result()
+        except BrokenProcessPool:
+            raise ContinuationError(
+                "a process was killed, perhaps for want of memory; use fewer processes"
+            ) from None
+        except BaseException:  # an interrupt, say: do not wait for levels under way
+            for child in multiprocessing.active_children():
+                if child not in others:
+                    child.terminate()
+            raise
+
+
+# What all levels share is given to each process when it starts: tasks stay so small that the pipe
+# to the processes never fills, for a full one holds up the end of a pool whose processes died.
+_given: tuple[ModalSystem, tuple[float, float], Jobs, dict[str, Any]]
+
+
+def _start(
+    system: ModalSystem, omega: tuple[float, float], jobs: Jobs, options: dict[str, Any]
+) -> None:
+    """Leave interrupts to the parent, and do not outlive it."""
+    global _given
+    _given = system, omega, jobs, options
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _shared(number: int) -> Diagram:
+    system, omega, jobs, options = _given
+    level, own = jobs[number]
+    return _one(system, omega, level, options | own)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _one(
+    system: ModalSystem, omega: tuple[float, float], level: Level, options: dict[str, Any]
+) -> Diagram:
+    try:
+        return explore(system, omega, *level, **options)
+    except ContinuationError as error:
+        raise ContinuationError(
+            f"level (direct {level[0]:g}, parametric {level[1]:g}): {error}"
+        ) from None

@@ -1,0 +1,320 @@
+"""Fourier bases of periodic orbits: which harmonics of which modes take part, sampling, products.
+
+An orbit of period_multiple p is a function of the angle theta = omega t / p. Its coefficients are
+kept harmonic-major in the order [1, cos, sin, cos 2, sin 2, ...] as an array (2H + 1, L), so that
+changing the number of harmonics H only cuts or pads rows.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import combinations_with_replacement, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nanorom.continuation.system import ScaledSystem
+from nanorom.types import Array
+
+Index = NDArray[np.int64]
+HARMONIC_LADDER = (3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 36, 43, 51, 61, 73, 87, 104, 125, 150)
+
+
+def fourier_matrix(angles: Array, harmonics: int) -> Array:
+    """Values of [1, cos, sin, cos 2, sin 2, ...] at the angles, shape (..., 2H + 1)."""
+    phases = np.multiply.outer(angles, np.arange(1, harmonics + 1))
+    values = np.empty(np.shape(angles) + (2 * harmonics + 1,))
+    values[..., 0] = 1.0
+    values[..., 1::2] = np.cos(phases)
+    values[..., 2::2] = np.sin(phases)
+    return values
+
+
+def differentiate(coefficients: Array) -> Array:
+    """d/dtheta of coefficients (2H + 1, ...) in the interleaved order."""
+    result = np.zeros_like(coefficients)
+    order = np.arange(1, (len(coefficients) - 1) // 2 + 1).reshape(
+        (-1,) + (1,) * (coefficients.ndim - 1)
+    )
+    result[1::2] = order * coefficients[2::2]
+    result[2::2] = -order * coefficients[1::2]
+    return result
+
+
+def resize(coefficients: Array, harmonics: int) -> Array:
+    """The same function cut or padded to another number of harmonics."""
+    result = np.zeros((2 * harmonics + 1,) + coefficients.shape[1:])
+    rows = min(len(result), len(coefficients))
+    result[:rows] = coefficients[:rows]
+    return result
+
+
+def turned(coefficients: Array, angle: float) -> Array:
+    """The function of theta + angle."""
+    numbers = (np.arange(len(coefficients)) + 1) // 2
+    phase = angle * numbers[:, None]
+    moved = np.cos(phase) * coefficients
+    moved[1::2] += np.sin(phase[1::2]) * coefficients[2::2]
+    moved[2::2] -= np.sin(phase[2::2]) * coefficients[1::2]
+    return np.asarray(moved)
+
+
+def stretch(coefficients: Array, factor: int) -> Array:
+    """The same motion as a function of theta / factor: harmonic k becomes factor k."""
+    harmonics = (len(coefficients) - 1) // 2
+    result = np.zeros((2 * harmonics * factor + 1,) + coefficients.shape[1:])
+    result[0] = coefficients[0]
+    result[2 * factor - 1 :: 2 * factor] = coefficients[1::2]
+    result[2 * factor :: 2 * factor] = coefficients[2::2]
+    return result
+
+
+class Support:
+    """Which residues of the harmonic number (modulo 2p) each mode has: an invariant subspace of the
+    equations.
+
+    `table` (L, 2p) is closed under the equations: an orbit that starts inside stays inside, so
+    modes and harmonics outside cost nothing. Symmetric systems have odd harmonics only; undriven
+    modes rest.
+    """
+
+    def __init__(self, table: NDArray[np.bool_], even: bool = False) -> None:
+        self.table = table
+        self.even = even  # in time: cosines only
+
+    @property
+    def modulus(self) -> int:
+        return int(self.table.shape[1])
+
+    def rows_mask(self, harmonics: int) -> NDArray[np.bool_]:
+        """Which entries of a (2H + 1, L) coefficient array may be non-zero."""
+        rows = np.arange(2 * harmonics + 1)
+        mask = self.table.T[(rows + 1) // 2 % self.modulus]
+        if self.even:
+            mask[2::2] = False
+        return mask
+
+    def stretch(self, factor: int) -> Support:
+        """The same orbits described with a period `factor` times as long."""
+        table = np.zeros((len(self.table), self.modulus * factor), dtype=bool)
+        table[:, ::factor] = self.table
+        return Support(table)
+
+    def holds(self, coefficients: Array, threshold: float = 0.0) -> bool:
+        mask = self.rows_mask((len(coefficients) - 1) // 2)
+        return bool(np.all(np.abs(coefficients[~mask]) <= threshold))
+
+    @property
+    def symmetric(self) -> bool:
+        """Each mode has either even or odd harmonics alone: half a period determines the orbit."""
+        return bool(not np.any(self.table[:, ::2].any(axis=1) & self.table[:, 1::2].any(axis=1)))
+
+
+def symmetry_signs(
+    system: ScaledSystem, support: Support, period_multiple: int
+) -> NDArray[np.float64] | None:
+    """Signs with K(theta + pi)_rl = sign_r sign_l K(theta)_rl for the tangent stiffness of all
+    modes.
+
+    None where there are no such signs: then half a period does not determine the multipliers.
+    Modes with odd harmonics have sign -1; those at rest follow from what couples them.
+    """
+    if not support.symmetric:
+        return None
+    active = support.table.any(axis=1)
+    odd = support.table[:, 1::2].any(axis=1)
+    known = np.where(odd, -1, np.where(active, 1, 0))
+    plus, minus = (known == 1).astype(float), (known == -1).astype(float)
+    force = np.maximum(_pattern(system.cubic), _pattern(system.loss))
+
+    def through(one: Array, two: Array) -> NDArray[np.bool_]:
+        return np.einsum("rjkl,j,k->rl", force, one, two, optimize=True) > 0
+
+    quadratic = _pattern(system.quadratic)
+    same = (system.stiffness != 0) | (system.damping != 0) | through(plus, plus)
+    same |= through(minus, minus) | (np.einsum("rjl,j->rl", quadratic, plus) > 0)
+    opposite = through(plus, minus) | (np.einsum("rjl,j->rl", quadratic, minus) > 0)
+    if period_multiple % 2:
+        opposite |= system.parametric != 0
+    else:
+        same |= system.parametric != 0
+    return _coloured(known, same | same.T, opposite | opposite.T)
+
+
+def _coloured(
+    known: Array, same: NDArray[np.bool_], opposite: NDArray[np.bool_]
+) -> NDArray[np.float64] | None:
+    """Signs that agree with the known ones and with both relations, or None."""
+    signs = known.copy()
+    while True:
+        reached = np.flatnonzero(signs)
+        waiting = list(reached)
+        while waiting:
+            r = waiting.pop()
+            for relation, factor in ((same, 1), (opposite, -1)):
+                for l in np.flatnonzero(relation[r]):
+                    if signs[l] == 0:
+                        signs[l] = factor * signs[r]
+                        waiting.append(l)
+                    elif signs[l] != factor * signs[r]:
+                        return None
+        if signs.all():
+            return signs.astype(float)
+        signs[np.flatnonzero(signs == 0)[0]] = 1
+
+
+def full_support(system: ScaledSystem, period_multiple: int) -> Support:
+    return Support(np.ones((system.size, 2 * period_multiple), dtype=bool))
+
+
+def forced_support(system: ScaledSystem, period_multiple: int = 1) -> Support:
+    """The smallest invariant set of modes and harmonics that the drive excites from rest."""
+    modulus = 2 * period_multiple
+    table = np.zeros((system.size, modulus), dtype=bool)
+    for residue in (period_multiple, -period_multiple):
+        table[system.force != 0, residue % modulus] = True
+    return close_support(system, Support(table))
+
+
+def close_support(system: ScaledSystem, support: Support) -> Support:
+    """Add what the equations excite from the modes and harmonics present, until nothing is
+    added.
+    """
+    table = support.table.copy()
+    modulus = support.modulus
+    half = modulus // 2
+    linear = ((system.stiffness != 0) | (system.damping != 0)).astype(float)
+    parametric = (system.parametric != 0).astype(float)
+    quadratic = _pattern(system.quadratic)
+    cubic = np.maximum(_pattern(system.cubic), _pattern(system.loss))
+    while True:
+        before = table.copy()
+        present = before.astype(float)
+        table |= (linear @ present) > 0
+        for shift in (half, -half):
+            table |= (parametric @ np.roll(present, shift, axis=1)) > 0
+        residues = [r for r in range(modulus) if before[:, r].any()]
+        for pair in combinations_with_replacement(residues, 2):
+            if quadratic.any():
+                excited = np.einsum("rjk,j,k->r", quadratic, *(present[:, r] for r in pair)) > 0
+                _mark(table, excited, pair)
+        for triple in combinations_with_replacement(residues, 3):
+            a, b, c = (present[:, r] for r in triple)
+            _mark(table, ((cubic @ c) @ b) @ a > 0, triple)
+        if np.array_equal(table, before):
+            return Support(table)
+
+
+def _pattern(tensor: Array) -> Array:
+    pattern = (tensor != 0).astype(float)
+    return np.maximum(pattern, pattern.swapaxes(1, 2)) if tensor.ndim == 4 else pattern
+
+
+def _mark(table: NDArray[np.bool_], excited: NDArray[np.bool_], residues: tuple[int, ...]) -> None:
+    for signs in product((1, -1), repeat=len(residues)):
+        table[excited, sum(s * r for s, r in zip(signs, residues)) % table.shape[1]] = True
+
+
+class Basis:
+    """Sampling and product tables for the harmonics up to H that a support allows.
+
+    Sampling is exact for a cubic force: the products have 3H harmonics and are projected on H,
+    which needs 4H + 1 samples of a period, or half of them where the support is symmetric.
+    """
+
+    def __init__(self, support: Support, harmonics: int, period_multiple: int) -> None:
+        table = support.table
+        self.harmonics, self.period_multiple = harmonics, period_multiple
+        self.modes: Index = np.flatnonzero(table.any(axis=1))
+        residues = table.any(axis=0)
+        numbers = (np.arange(2 * harmonics + 1) + 1) // 2
+        present = residues[numbers % support.modulus]
+        if support.even:
+            present[2::2] = False
+        self.rows: Index = np.flatnonzero(present)
+        self.number = numbers[self.rows]
+        mask = support.rows_mask(harmonics)[np.ix_(self.rows, self.modes)]
+        self.shape = mask.shape
+        self.unknowns: Index | None = None if mask.all() else np.flatnonzero(mask.ravel())
+        self.size = int(mask.sum())
+
+        bandwidth = 4 * harmonics + 2 + (-harmonics * 4 - 2) % 4
+        bandwidth = max(bandwidth, 4 * (period_multiple + 1))
+        self.samples = bandwidth // 2 if support.symmetric else bandwidth
+        self.angles = 2 * np.pi / bandwidth * np.arange(self.samples)
+        everything = fourier_matrix(self.angles, 2 * harmonics)
+        self.synthesis = np.ascontiguousarray(everything[:, self.rows])
+        weights = np.full(4 * harmonics + 1, 2.0 / self.samples)
+        weights[0] = 1.0 / self.samples
+        self.analysis_wide = np.ascontiguousarray((everything * weights).T)
+        self.analysis = np.ascontiguousarray(self.analysis_wide[self.rows])
+        self.analysis_wide[0] *= 2.0  # product formulas count the mean twice
+        self.drive = np.cos(period_multiple * self.angles)
+        self._product_tables()
+        self._derivative_tables()
+
+    def _product_tables(self) -> None:
+        """g(theta) phi_j projected on phi_i = weight_a g_hat[index_a] + weight_b g_hat[index_b],
+        arrays [j, i].
+        """
+        k = self.number
+        sine = (self.rows > 0) & (self.rows % 2 == 0)
+        kj, ki = k[:, None], k[None, :]
+        sj, si = sine[:, None], sine[None, :]
+        total, gap = ki + kj, np.abs(ki - kj)
+        odd = sj ^ si
+        self.index_a = np.where(odd, 2 * total, np.maximum(2 * total - 1, 0))
+        self.index_b = np.where(odd, 2 * gap, np.maximum(2 * gap - 1, 0))
+        weight_a = np.where(sj & si, -0.5, 0.5)
+        sign = np.where(si, np.sign(ki - kj), np.sign(kj - ki))
+        weight_b = np.where(odd, 0.5 * sign, 0.5)
+        constant = np.where(ki == 0, 0.5, 1.0)
+        self.weight_a = (weight_a * constant)[:, :, None]
+        self.weight_b = (weight_b * constant)[:, :, None]
+
+    def _derivative_tables(self) -> None:
+        """(d coefficients/d theta)[i] = derivative_weight[i] coefficients[derivative_row[i]]."""
+        position = {int(row): i for i, row in enumerate(self.rows)}
+        partner = [0 if row == 0 else (row + 1 if row % 2 else row - 1) for row in self.rows]
+        # (of cosines alone, the derivative is only ever multiplied by a damping of zero)
+        self.derivative_row: Index = np.array(
+            [position.get(int(row), i) for i, row in enumerate(partner)], dtype=np.int64
+        )
+        signs = np.where(self.rows % 2 == 1, 1.0, -1.0)
+        self.derivative_weight = (self.number * signs)[:, None]
+        self.second_weight = -(self.number.astype(float) ** 2)[:, None]
+
+    def compress(self, full: Array) -> Array:
+        """Coefficients (2H' + 1, L) of all modes -> those of this basis (rows, modes)."""
+        return np.ascontiguousarray(resize(full, self.harmonics)[np.ix_(self.rows, self.modes)])
+
+    def expand(self, coefficients: Array, size: int) -> Array:
+        """Coefficients of this basis -> (2H + 1, L) of all modes."""
+        full = np.zeros((2 * self.harmonics + 1, size))
+        full[np.ix_(self.rows, self.modes)] = coefficients
+        return full
+
+    def pack(self, coefficients: Array) -> Array:
+        flat = coefficients.ravel()
+        return flat.copy() if self.unknowns is None else flat[self.unknowns]
+
+    def unpack(self, unknowns: Array) -> Array:
+        if self.unknowns is None:
+            return unknowns.reshape(self.shape)
+        flat = np.zeros(self.shape[0] * self.shape[1])
+        flat[self.unknowns] = unknowns
+        return flat.reshape(self.shape)
+
+
+@lru_cache(maxsize=64)
+def _cached_basis(
+    table: bytes, shape: tuple[int, int], even: bool, harmonics: int, period_multiple: int
+) -> Basis:
+    support = Support(np.frombuffer(table, dtype=bool).reshape(shape), even)
+    return Basis(support, harmonics, period_multiple)
+
+
+def basis_for(support: Support, harmonics: int, period_multiple: int) -> Basis:
+    """The basis of a support, built once per number of harmonics."""
+    table = support.table
+    return _cached_basis(table.tobytes(), table.shape, support.even, harmonics, period_multiple)

@@ -1,0 +1,1 @@
+"""Special points: found, confirmed, and branches that leave there."""

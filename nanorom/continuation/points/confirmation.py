@@ -1,0 +1,135 @@
+"""Special points made precise, and confirmed by shooting; what is not confirmed is not reported.
+
+The branch is expanded anew at the point with more harmonics; the critical quantity is then brought
+to zero along that expansion. Two sizes of basis must agree on the frequency.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nanorom.continuation.branches.path import Path
+from nanorom.continuation.branches.series import Series
+from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.orbits.bifurcations import CONFIRMED, critical_distance, test_value
+from nanorom.continuation.orbits.floquet import FloquetSolver
+from nanorom.continuation.orbits.orbit import Orbit, same_orbit
+from nanorom.continuation.orbits.shooting import Shooting
+from nanorom.continuation.points.detection import Detected
+from nanorom.errors import ContinuationError
+from nanorom.types import Array
+
+DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
+HOPELESS = 1e-2  # distance of the critical multiplier that no better expansion would mend
+SAME = 1e-9  # of a frequency
+ASIDE = 0.5  # of the window
+DIVERGED = 1e-6  # last terms of a series, relative to the orbit
+ROUNDS = 6  # of expansions at a point, each nearer to it
+WINDOW = 0.2  # of the step in which the point was found
+
+
+@dataclass(frozen=True, eq=False)
+class Polished:
+    """A confirmed special point: the orbit and its multipliers (2L,) over the whole period."""
+
+    type: str
+    orbit: Orbit
+    multipliers: Array
+
+    def is_same(self, other: Polished) -> bool:
+        """Whether two places on a path led to one point."""
+        near = abs(self.orbit.omega - other.orbit.omega) < SAME * self.orbit.omega
+        return self.type == other.type and near and same_orbit(self.orbit, other.orbit)
+
+
+def polish(
+    path: Path, detected: Detected, floquet: FloquetSolver, shooting: Shooting
+) -> Polished | None:
+    """The point to about 1e-10 in frequency, or None if it does not stand up to shooting."""
+    tracer = path.tracer
+    series = path.steps[detected.place.step]
+    a, window = detected.place.a, WINDOW * (series.length - series.start)
+    shift = 0.0
+    for _ in range(ROUNDS):
+        try:
+            nearby = _expand_again(tracer, series, a - shift)
+            series, a = nearby, _zero(detected.type, nearby, floquet, tracer, window, shift)
+        except ContinuationError:
+            # at a branch point the Jacobian may be singular: expand beside it
+            if shift or detected.type == "LP":
+                return None
+            shift = ASIDE * window
+            continue
+        orbit = tracer.orbit(series, a)
+        shot = shooting.check(orbit)
+        distance = critical_distance(detected.type, shot.multipliers)
+        scale = max(1.0, float(np.abs(orbit.coefficients).max()))
+        last = series.balance.basis.harmonics == tracer.ladder[-1]
+        # where multipliers change fast, or meet, less than the defect allowed makes them differ
+        if (shot.defect < DEFECT * scale and not CONFIRMED < distance < HOPELESS) or last:
+            break
+    if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
+        return None
+    return Polished(detected.type, orbit, shot.multipliers)
+
+
+def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
+    """The expansion of the branch at a, on the next larger number of harmonics."""
+    balance = series.balance
+    position = tracer.ladder.index(balance.basis.harmonics)
+    harmonics = tracer.ladder[min(position + 1, len(tracer.ladder) - 1)]
+    x, rate = series.at(a)
+    x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
+    larger, expansion = tracer.pair(harmonics)
+    x, rate, factors = larger.correct(x, rate, border, 1e-10)
+    packed, rates = expansion.expand(x, rate, factors)
+    return Series.from_terms(larger, packed, rates, DIVERGED)
+
+
+def _zero(
+    kind: str,
+    series: Series,
+    floquet: FloquetSolver,
+    tracer: Tracer,
+    window: float,
+    around: float,
+) -> float:
+    """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
+    if kind == "LP":
+        roots = series.folds(-window, window)
+        if not roots:
+            raise ContinuationError("no fold in the neighbourhood")
+        return min(roots, key=abs)
+
+    symmetric = floquet.signs(tracer.support) is not None
+
+    test = test_value(kind, symmetric)
+
+    def critical(points: list[float]) -> list[float]:
+        if max(abs(a) for a in points) > series.length:
+            raise ContinuationError("the series does not reach the point")
+        orbits = [tracer.orbit(series, a) for a in points]
+        _, eigenvalues = floquet.monodromy(
+            np.stack([orbit.coefficients for orbit in orbits]),
+            np.array([orbit.rate for orbit in orbits]),
+            tracer.period_multiple,
+            tracer.support,
+        )
+        slopes = [series.rate_slope(a) for a in points]
+        return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
+
+    step = 1e-3 * window
+    a, (here, there) = around, critical([around, around + step])
+    slope = (there - here) / step
+    for _ in range(8):
+        change = -here / slope if slope else np.inf
+        if abs(a + change - around) > window:
+            raise ContinuationError("no zero in the neighbourhood")
+        if abs(change) < 1e-7 * window:  # the secant's next change is its square
+            return a + change
+        before, a = here, a + change
+        here = critical([a])[0]
+        slope = (here - before) / change
+    return a

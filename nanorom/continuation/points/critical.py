@@ -1,0 +1,228 @@
+"""Periodic orbits with a critical multiplier, with a parameter of the system as an unknown.
+
+An orbit is a fold (LP), a period doubling (PD), a symmetry breaking (BP) or a torus bifurcation
+(NS) where an operator A becomes singular: the Jacobian of the balance on the harmonics of the
+orbit, on those it does not contain, or shifted by the second frequency. A bordered system turns
+that into one smooth scalar, (A b; c' 0)(v; g) = (0; 1), g = 0, whose gradient needs no second solve
+than that of the transpose. Source: Govaerts 2000, doi:10.1137/1.9780898719543 (minimally extended
+systems).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nanorom.continuation.orbits.balance import HarmonicBalance
+from nanorom.continuation.orbits.harmonics import Support, basis_for, full_support
+from nanorom.continuation.system import ScaledSystem
+from nanorom.errors import ContinuationError
+from nanorom.types import Array, Numbers
+
+
+class CriticalBalance:
+    """The balance and g = 0 for the unknowns z = (x, rate, level), for NS also the second frequency
+    in units of the rate, on one number of harmonics.
+
+    The system is origin + level * change: every array may depend on the parameter.
+    """
+
+    def __init__(
+        self,
+        origin: ScaledSystem,
+        change: ScaledSystem,
+        support: Support,
+        kind: str,
+        multiple: int,
+        harmonics: int,
+    ) -> None:
+        self.origin, self.change, self.kind = origin, change, kind
+        self.basis = basis_for(support, harmonics, multiple)
+        self.border: tuple[Array, Array] | None = None
+        factor = self.factor = 2 if kind == "PD" else 1
+        inherited = support.stretch(factor)
+        if kind == "LP":
+            self.wide, self.chosen = self.basis, np.arange(self.basis.size)
+        else:
+            wide = full_support(origin, multiple * factor)
+            self.wide = basis_for(wide, harmonics * factor, multiple * factor)
+            inside = inherited.rows_mask(harmonics * factor).ravel()
+            self.chosen = np.arange(self.wide.size) if kind == "NS" else np.flatnonzero(~inside)
+            if not len(self.chosen):
+                raise ContinuationError(
+                    f"parameter: with it the orbits have no symmetry that a {kind} could break"
+                )
+        self.to_wide = self._embedding()
+
+    def _embedding(self) -> Numbers:
+        """Positions in the flattened wide grid of the orbit's unknowns."""
+        if self.wide is self.basis:
+            return np.arange(self.basis.size)
+        rows = np.where(self.basis.rows == 0, 0, (self.basis.rows - 1) % 2 + 1)
+        rows = np.where(self.basis.rows == 0, 0, 2 * self.factor * self.basis.number - 2 + rows)
+        grid = rows[:, None] * len(self.origin.force) + self.basis.modes[None, :]
+        flat = grid.ravel()
+        return flat if self.basis.unknowns is None else flat[self.basis.unknowns]
+
+    def system(self, z: Array) -> tuple[Array, Array]:
+        """Residual (n + 1,) or (n + 2,) and Jacobian of balance and criticality."""
+        basis, n = self.basis, self.basis.size
+        rate, level = float(z[n]), float(z[n + 1])
+        x = basis.unpack(z[:n])
+        orbit = HarmonicBalance(self.origin.plus(self.change, level), basis)
+        by_level = HarmonicBalance(self.change, basis, inertia=False)
+        jacobian = np.zeros((len(z) - 1, len(z)))
+        jacobian[:n, :n] = orbit.jacobian_t(x, rate).T
+        jacobian[:n, n] = basis.pack(orbit.rate_derivative(x, rate))
+        jacobian[:n, n + 1] = basis.pack(by_level.residual(x, rate))
+        value, gradient = self._criticality(z)
+        jacobian[n:] = gradient
+        return np.concatenate([basis.pack(orbit.residual(x, rate)), value]), jacobian
+
+    def _criticality(self, z: Array) -> tuple[Array, Array]:
+        """g (real and imaginary part for NS) and its gradient."""
+        n, wide = self.basis.size, self.wide
+        rate, level = float(z[n]) / self.factor, float(z[n + 1])
+        shift = float(z[n + 2]) if self.kind == "NS" else 0.0
+        flat = np.zeros(wide.shape[0] * wide.shape[1])
+        if wide is self.basis:
+            x = wide.unpack(z[:n])
+        else:
+            flat[self.to_wide] = z[:n]
+            x = flat.reshape(wide.shape)
+        operator = HarmonicBalance(self.origin.plus(self.change, level), wide)
+        by_level = HarmonicBalance(self.change, wide, inertia=False)
+        v, w, g = self._null_vectors(self._matrix(operator, x, rate, shift))
+        left, right = self._spread(w), self._spread(v)
+        gradient = np.zeros(len(z), dtype=complex)
+        grid = self._second_derivative(operator, x, left, right)
+        if operator.has_loss:
+            grid = grid + self._loss_derivative(operator, x, rate, shift, left, right)
+        packed = wide.pack(grid) if wide is self.basis else grid.ravel()[self.to_wide]
+        gradient[:n] = -packed
+        second, first = wide.second_weight * right, operator.derivative(right)
+        # the rate multiplies d/dtheta, which for NS is d/dtheta + i shift
+        turned = first + 1j * shift * right
+        slope = 2 * rate * (second + 2j * shift * first - shift**2 * right)
+        slope = slope + turned @ operator.damping_t
+        gradient[n] = -(left * slope).sum() / self.factor
+        if operator.has_loss:
+            gradient[n] -= self._loss_term(operator, x, left, right, turned) / self.factor
+        gradient[n + 1] = -(w @ self._matrix(by_level, x, rate, shift) @ v)
+        if self.kind != "NS":
+            return np.array([g.real]), gradient.real[None]
+        by_shift = rate**2 * (2j * first - 2 * shift * right)
+        by_shift = by_shift + 1j * rate * (right @ operator.damping_t)
+        gradient[n + 2] = -(left * by_shift).sum()
+        if operator.has_loss:
+            by_loss = self._loss_term(operator, x, left, 0 * right, right)
+            gradient[n + 2] -= 1j * rate * by_loss
+        return np.array([g.real, g.imag]), np.stack([gradient.real, gradient.imag])
+
+    def _matrix(self, operator: HarmonicBalance, x: Array, rate: float, shift: float) -> Array:
+        """The operator that is to be singular."""
+        matrix = operator.jacobian_t(x, rate).T
+        if self.wide.unknowns is None:
+            matrix = matrix[np.ix_(self.chosen, self.chosen)]
+        return matrix + self._shifted(operator, x, rate, shift) if self.kind == "NS" else matrix
+
+    def _null_vectors(self, matrix: Array) -> tuple[Array, Array, complex]:
+        """Right and left vectors and g of the bordered operator; the borders follow the vectors."""
+        size = len(matrix)
+        if self.border is None or len(self.border[0]) != size:
+            u, _, vh = np.linalg.svd(matrix)
+            self.border = u[:, -1].copy(), vh[-1].conj().copy()
+        b, c = self.border
+        bordered = np.zeros((size + 1, size + 1), dtype=matrix.dtype)
+        bordered[:size, :size] = matrix
+        bordered[:size, size] = b
+        bordered[size, :size] = c.conj()
+        unit = np.zeros(size + 1)
+        unit[-1] = 1.0
+        right = np.linalg.solve(bordered, unit)
+        left = np.linalg.solve(bordered.T, unit)
+        return right[:size], left[:size], complex(right[size])
+
+    def _spread(self, vector: Array) -> Array:
+        """A vector on the chosen unknowns as a coefficient grid."""
+        wide = self.wide
+        flat = np.zeros(wide.shape[0] * wide.shape[1], dtype=vector.dtype)
+        if wide.unknowns is None:
+            flat[self.chosen] = vector
+        else:
+            flat[wide.unknowns] = vector
+        return flat.reshape(wide.shape)
+
+    def _second_derivative(
+        self, operator: HarmonicBalance, x: Array, left: Array, right: Array
+    ) -> Array:
+        """w' (d Jacobian / dX) v as a coefficient grid."""
+        basis, size = operator.basis, operator.size
+        q, r = basis.synthesis @ x, basis.synthesis @ right
+        weights = basis.analysis.T @ left
+        first, second = operator.pairs
+        pairs = (q[:, first] * r[:, second] + q[:, second] * r[:, first]) / 2
+        tensor = 6.0 * (pairs @ operator.cubic)
+        if operator.has_quadratic:
+            tensor = tensor + 2.0 * (r @ operator.quadratic)
+        samples = np.matmul(tensor.reshape(-1, size, size), weights[:, :, None])[:, :, 0]
+        return np.asarray(basis.synthesis.T @ samples)
+
+    def _loss_term(
+        self, operator: HarmonicBalance, x: Array, left: Array, right: Array, turned: Array
+    ) -> complex:
+        """w' d/drate of the part of the operator that is due to nonlinear damping, on v.
+
+        turned : the coefficients of dv/dtheta.
+        """
+        basis = operator.basis
+        q, z, r, s = (basis.synthesis @ c for c in (x, operator.derivative(x), right, turned))
+        weights = basis.analysis.T @ left
+        samples = 2 * self._loss(operator, r, q, z) + self._loss(operator, q, q, s)
+        return complex((samples * weights).sum())
+
+    def _loss_derivative(
+        self,
+        operator: HarmonicBalance,
+        x: Array,
+        rate: float,
+        shift: float,
+        left: Array,
+        right: Array,
+    ) -> Array:
+        """w' (d/dX of the operator's part due to nonlinear damping) v as a coefficient grid."""
+        basis, tensor = operator.basis, operator.loss_tensor
+        weights = basis.analysis.T @ left
+        q, z = basis.synthesis @ x, rate * (basis.synthesis @ operator.derivative(x))
+        r = basis.synthesis @ right
+        s = rate * (basis.synthesis @ (operator.derivative(right) + 1j * shift * right))
+        # of w (2 D(r, q) z + D(q, q) s), by q and by z
+        by_q = 2 * np.einsum("rkjl,nr,nj,nk->nl", tensor, weights, r, z, optimize=True)
+        by_q = by_q + 2 * np.einsum("rkjl,nr,nj,nk->nl", tensor, weights, q, s, optimize=True)
+        by_z = 2 * np.einsum("rkjl,nr,nj,nl->nk", tensor, weights, r, q, optimize=True)
+        through = basis.synthesis.T @ by_z
+        grid = np.zeros_like(through)
+        grid[basis.derivative_row] = basis.derivative_weight * through
+        return np.asarray(basis.synthesis.T @ by_q + rate * grid)
+
+    def _loss(self, operator: HarmonicBalance, a: Array, b: Array, velocity: Array) -> Array:
+        """Samples of sum loss[r, k, j, l] a_j b_l velocity_k."""
+        return np.asarray(
+            np.einsum("rkjl,nj,nl,nk->nr", operator.loss_tensor, a, b, velocity, optimize=True)
+        )
+
+    def _shifted(self, operator: HarmonicBalance, x: Array, rate: float, shift: float) -> Array:
+        """What a factor exp(i shift theta) adds to the operator on the full grid."""
+        basis, size = operator.basis, operator.size
+        rows = len(basis.rows)
+        turn = np.zeros((rows, rows))
+        turn[np.arange(rows), basis.derivative_row] = basis.derivative_weight[:, 0]
+        eye = np.eye(size)
+        added = np.zeros((rows * size,) * 2, dtype=complex)
+        if operator.second_weight.any():
+            added += 2j * shift * rate**2 * np.kron(turn, eye)
+            added -= (shift * rate) ** 2 * np.eye(rows * size)
+        added += 1j * shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
+        if not operator.has_loss:
+            return added
+        friction = operator.friction(x).transpose(1, 3, 0, 2).reshape(rows * size, rows * size)
+        return added + 1j * shift * rate * friction

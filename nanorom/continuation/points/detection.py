@@ -1,0 +1,368 @@
+"""Special points of a path: smooth test functions, detection without stepping over pairs, location.
+
+    LP  fold                  d rate / da = 0 (roots of a polynomial in every step)
+    PD  period doubling       prod (mu_i + 1) = 0
+    BP  branch point          prod (mu_i - 1) / (d rate / da) = 0
+    NS  Neimark-Sacker        prod_{i<j} (mu_i mu_j - 1) = 0 at a complex pair
+
+On a symmetric orbit the eigenvalues of the half-period map (with the symmetry applied) take the
+place of the multipliers: -1 is then the breaking of the symmetry. Source: Kuznetsov, Elements of
+Applied Bifurcation Theory, section 10.2 (test functions).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from nanorom.continuation.branches.path import Path, Place
+from nanorom.continuation.orbits.bifurcations import test_function
+from nanorom.types import Array, Numbers
+
+ROUNDS = 8
+MOST_POINTS = 1200  # at which adding points ends, unless the first ones are that many
+STENCIL = 6  # points of an interpolation
+DEEP = 0.7  # log of a dip between two samples that deserves a point of its own
+SAMPLES = 4  # interpolated subdivisions between two points
+LEVELS = 3  # of subdivision where multipliers may meet
+LEAVE_ONE_OUT = 0.05  # of a multiplier, or of 1 within the circle
+INSIDE = 0.5  # modulus of multipliers that will not soon be critical
+GOOD_ESTIMATE = 3e-3  # of a multiplier at an interpolated root, which then needs no search
+ROOT_TOLERANCE = 0.1  # of a located root; polishing and shooting decide
+LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
+
+
+@dataclass(frozen=True)
+class Detected:
+    """A special point of a path, before it is polished and confirmed.
+
+    bracket: test function and points around a place that is estimated only.
+    """
+
+    type: str
+    place: Place
+    bracket: tuple[str, Place, Place] | None = None
+
+
+class Detector:
+    """Finds the special points of one path; the points it evaluates on the way become points of the
+    branch.
+
+    Monodromy matrices are known at some points and are analytic between them, so their
+    interpolation tells where a test function may change sign or dip; only there they are evaluated
+    again. A leave-one-out test adds points where the interpolation is not good enough.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        size = 2 * path.tracer.system.size
+        self.places: list[Place] = []
+        self.positions = np.empty(0)
+        self.maps = np.empty((0, size, size))
+        self.eigenvalues = np.empty((0, size), dtype=complex)
+        self.kinds = ("flip", "unit", "torus") if path.tracer.system.size > 1 else ("flip", "unit")
+        self._between: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
+        self._left_out: dict[tuple[float, ...], float] = {}
+        self._insert(path.initial_places())
+
+    def find(self) -> list[Detected]:
+        """All special points in order along the path."""
+        most = max(3 * len(self.places), MOST_POINTS)
+        for _ in range(ROUNDS):
+            if len(self.places) > most:  # multipliers beyond interpolation: exact points must do
+                break
+            wanted = self._unresolved()
+            wanted += self._suspicious() if len(wanted) < 0.2 * len(self.places) else []
+            if not self._insert(wanted):
+                break
+        found = self._folds()
+        for kind in self.kinds:
+            found += self._roots(kind)
+        return sorted(found, key=lambda point: self.path.position(point.place))
+
+    def _insert(self, places: list[Place]) -> bool:
+        """Evaluate new places, unless they are there already."""
+        positions = np.array([self.path.position(place) for place in places])
+        fresh: list[int] = []
+        for i in np.argsort(positions, kind="stable"):
+            known = np.append(self.positions, positions[fresh])
+            if np.abs(known - positions[i]).min(initial=np.inf) > 1e-6 * self.path.offsets[
+                -1
+            ] / len(self.path.steps):
+                fresh.append(int(i))
+        if not fresh:
+            return False
+        everything = self.places + [places[i] for i in fresh]
+        positions = np.append(self.positions, positions[fresh])
+        order = np.argsort(positions, kind="stable")
+        maps, eigenvalues = self.path.maps([places[i] for i in fresh])
+        self.positions = positions[order]
+        self.maps = np.concatenate([self.maps, maps])[order]
+        self.eigenvalues = np.concatenate([self.eigenvalues, eigenvalues])[order]
+        self.places = [everything[i] for i in order]
+        return True
+
+    def _unresolved(self) -> list[Place]:
+        """Points between neighbours where leaving one point out shows a poor interpolation."""
+        s, count = self.positions, len(self.positions)
+        stencils = [near[near != i] for i, near in enumerate(_stencils(s, STENCIL + 1))]
+        keys = [(s[i], *s[near]) for i, near in enumerate(stencils)]
+        fresh = [i for i in range(count) if keys[i] not in self._left_out]
+        if fresh:
+            maps = [
+                np.tensordot(_lagrange(s[near], s[i : i + 1])[0], self.maps[near], axes=1)
+                for i, near in ((i, stencils[i]) for i in fresh)
+            ]
+            errors = _apart(self.eigenvalues[fresh], np.linalg.eigvals(np.array(maps)))
+            self._left_out.update({keys[i]: error for i, error in zip(fresh, errors)})
+        poor = [i for i in range(count) if self._left_out[keys[i]] > LEAVE_ONE_OUT]
+        return [
+            self.path.place((s[i] + s[j]) / 2)
+            for i in poor
+            for j in (i - 1, i + 1)
+            if 0 <= j < count
+        ]
+
+    def _suspicious(self) -> list[Place]:
+        """Points next to sign changes and dips of the interpolated test functions."""
+        samples, eigenvalues, slopes = self._interpolated()
+        exact = np.isin(samples, self.positions)
+        number = np.cumsum(exact)  # of the interval that begins at a sample
+        wanted: list[float] = []
+        for kind in self.kinds:
+            signs, logs = test_function(kind, eigenvalues, slopes)
+            changes = np.flatnonzero(signs[1:] != signs[:-1])
+            # one between two points is a root to be located, more of them want points between
+            interval, count = np.unique(number[changes], return_counts=True)
+            for i in changes[np.isin(number[changes], interval[count > 1])]:
+                wanted += [samples[i], samples[i + 1]]
+            inner = np.arange(1, len(samples) - 1)
+            dips = inner[(logs[inner] < logs[inner - 1]) & (logs[inner] < logs[inner + 1])]
+            for i in dips:
+                if signs[i - 1] == signs[i] == signs[i + 1]:
+                    vertex = _vertex(samples[i - 1 : i + 2], logs[i - 1 : i + 2])
+                    if vertex is not None:
+                        wanted.append(vertex)
+                    elif not exact[i] and logs[i] < min(logs[i - 1], logs[i + 1]) - DEEP:
+                        wanted.append(samples[i])
+        return [self.path.place(position) for position in wanted]
+
+    def _interpolated(self) -> tuple[Array, Array, Array]:
+        """Positions, eigenvalues and slopes of the rate at the points and at interpolated places
+        between them.
+        """
+        s = self.positions
+        fresh = [i for i in range(len(s) - 1) if (s[i], s[i + 1]) not in self._between]
+        if fresh:
+            self._sample(np.array(fresh))
+        between = [self._between[pair] for pair in zip(s[:-1], s[1:])]
+        slopes = self.path.rate_slopes(s)
+        parts = [(s, self.eigenvalues, slopes), *between]
+        positions, eigenvalues, slopes = (np.concatenate(part) for part in zip(*parts))
+        order = np.argsort(positions, kind="stable")
+        return positions[order], eigenvalues[order], slopes[order]
+
+    def _sample(self, numbers: Array) -> None:
+        """Interpolated places after points: more of them where multipliers may meet, leave the
+        circle and come back.
+        """
+        s = self.positions
+        # parts of the intervals: which one, start, length, eigenvalues at the start and at the end
+        number, start, length = numbers, s[numbers], s[numbers + 1] - s[numbers]
+        ends = np.stack([self.eigenvalues[numbers], self.eigenvalues[numbers + 1]], axis=1)
+        periods = 2 * np.pi / np.array([self.path.rate(place) for place in self.places])
+        turn = np.abs(np.diff(periods))[numbers] * self.path.floquet.fastest
+        found: list[tuple[Numbers, Array, Numbers]] = []
+        for _ in range(LEVELS):
+            length = length / SAMPLES
+            places = start[:, None] + length[:, None] * np.arange(1, SAMPLES)
+            values = np.linalg.eigvals(self._maps_at(number, places))
+            values = values.reshape(*places.shape, -1).astype(complex)
+            found.append((number.repeat(SAMPLES - 1), places.ravel(), values))
+            chain = np.concatenate([ends[:, :1], values, ends[:, 1:]], axis=1)
+            ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, values.shape[-1])
+            turn = turn.repeat(SAMPLES) / SAMPLES
+            kept = np.flatnonzero(_may_meet(ends[:, 0], ends[:, 1], turn))
+            if not len(kept):
+                break
+            start = np.column_stack([start, places]).ravel()[kept]
+            number, length = number.repeat(SAMPLES)[kept], length.repeat(SAMPLES)[kept]
+            ends, turn = ends[kept], turn[kept]
+        number, places = (np.concatenate([part[i] for part in found]) for i in (0, 1))
+        values = np.concatenate([part[2].reshape(-1, ends.shape[-1]) for part in found])
+        slopes = self.path.rate_slopes(places)
+        for i in numbers:
+            members = number == i
+            self._between[s[i], s[i + 1]] = places[members], values[members], slopes[members]
+
+    def _maps_at(self, numbers: Array, places: Array) -> Array:
+        """Interpolated maps at places (n, m), each row after the point of that number."""
+        size = self.maps.shape[-1]
+        result = np.empty((*places.shape, size, size))
+        for i in np.unique(numbers):
+            rows = numbers == i
+            near = _stencil(self.positions, i + 0.5, STENCIL)
+            weights = _lagrange(self.positions[near], places[rows].ravel())
+            maps = weights @ self.maps[near].reshape(len(near), -1)
+            result[rows] = maps.reshape(-1, places.shape[1], size, size)
+        return result.reshape(-1, size, size)
+
+    def _folds(self) -> list[Detected]:
+        found = []
+        for number, step in enumerate(self.path.steps):
+            found += [Detected("LP", Place(number, a)) for a in step.folds(step.start, step.length)]
+        return found
+
+    def _roots(self, kind: str) -> list[Detected]:
+        slopes = self.path.rate_slopes(self.positions)
+        signs, _ = test_function(kind, self.eigenvalues, slopes)
+        found = []
+        for i in np.flatnonzero(signs[1:] != signs[:-1]):
+            if kind == "torus" and _neutral(*self.eigenvalues[i : i + 2]):
+                continue
+            ends = self.places[i], self.places[i + 1]
+            point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
+            if point is not None:
+                point = replace(point, bracket=(kind, *ends))
+            else:
+                point = self._located(kind, *ends)
+            if point is not None:
+                found.append(point)
+        return found
+
+    def located(self, detected: Detected) -> Detected | None:
+        """The same point from exact multipliers, if it was an estimate."""
+        return None if detected.bracket is None else self._located(*detected.bracket)
+
+    def _located(self, kind: str, low: Place, high: Place) -> Detected | None:
+        place = self._locate(kind, low, high)
+        return self._classify(kind, place, ROOT_TOLERANCE) if place else None
+
+    def _estimate(self, kind: str, number: int) -> Place:
+        """Where the interpolated test function is zero after a point: exact at the points, it has
+        their signs.
+        """
+        s = self.positions
+        near = _stencil(s, number + 0.5, STENCIL)
+
+        def value(position: float) -> float:
+            weights = _lagrange(s[near], np.array([position]))[0]
+            eigenvalues = np.linalg.eigvals(np.tensordot(weights, self.maps[near], axes=1))[None]
+            slope = self.path.rate_slope(self.path.place(position))
+            signs, logs = test_function(kind, eigenvalues, np.array([slope]))
+            return float(signs[0] * np.exp(np.clip(logs[0], -600, 600)))
+
+        low, high = s[number], s[number + 1]
+        try:
+            return self.path.place(brentq(value, low, high, xtol=1e-3 * (high - low)))
+        except ValueError:  # round-off: a point is itself the zero
+            return self.path.place(low)
+
+    def _locate(self, kind: str, low: Place, high: Place) -> Place | None:
+        step = low.step
+        last = high.a if high.step == step else self.path.steps[step].length
+        reference: float | None = None
+
+        def value(a: float) -> float:
+            nonlocal reference
+            place = Place(step, a)
+            eigenvalues = self.path.maps([place])[1]
+            signs, logs = test_function(kind, eigenvalues, np.array([self.path.rate_slope(place)]))
+            if reference is None:
+                reference = float(logs[0])
+            return float(signs[0] * np.exp(np.clip(logs[0] - reference, -600, 600)))
+
+        try:
+            return Place(
+                step, float(brentq(value, low.a, last, xtol=LOCATED * (last - low.a), rtol=1e-12))
+            )
+        except ValueError:
+            return None
+
+    def _classify(self, kind: str, place: Place, tolerance: float) -> Detected | None:
+        """The type of a root, or nothing where the test function vanishes for another reason."""
+        eigenvalues = self.path.maps([place])[1][0]
+        if kind == "flip":
+            close = np.abs(eigenvalues + 1).min() < tolerance
+            return Detected("BP" if self.path.symmetric else "PD", place) if close else None
+        if kind == "unit":
+            return Detected("BP", place) if np.abs(eigenvalues - 1).min() < tolerance else None
+        # a real pair with product one is a neutral saddle, not a torus
+        complex_ones = eigenvalues[np.abs(eigenvalues.imag) > 1e-6]
+        close = np.abs(np.abs(complex_ones) - 1).min(initial=np.inf) < tolerance
+        return Detected("NS", place) if close else None
+
+
+def _stencil(positions: Array, centre: float, count: int) -> Numbers:
+    """Indices of `count` neighbouring points around an index (or between two)."""
+    count = min(count, len(positions))
+    first = int(np.clip(np.ceil(centre - count / 2), 0, len(positions) - count))
+    return np.arange(first, first + count)
+
+
+def _stencils(positions: Array, count: int) -> list[Array]:
+    """Indices of the neighbours of every point, itself among them."""
+    return [_stencil(positions, i, count) for i in range(len(positions))]
+
+
+def _apart(eigenvalues: Array, predicted: Array) -> Array:
+    """Largest distance (n,) of an eigenvalue from the nearest predicted one, both (n, 2L)."""
+    sizes = np.abs(eigenvalues)
+    gaps = np.abs(eigenvalues[:, :, None] - predicted[:, None, :]).min(axis=2)
+    return np.asarray(np.where(sizes > INSIDE, gaps / np.maximum(1.0, sizes), 0.0).max(axis=1))
+
+
+def _may_meet(before: Array, after: Array, turn: Array) -> Array:
+    """Whether two eigenvalues may meet and pass the unit circle between samples (n, 2L), while the
+    fastest turns by `turn` (n,).
+
+    From inside the circle they leave it only after they met; while they pass each other at a speed
+    v, by d at most where (mu_i - mu_j)^2 = v^2 s^2 - 4 d^2, so that they stay joined for 4 d / v.
+    """
+    # to the nearest: of two that change places it says nothing, but they turn
+    moved = np.abs(before[:, :, None] - after[:, None, :]).min(axis=2) + turn[:, None]
+    first, second = np.triu_indices(before.shape[1], 1)
+    moved = moved[:, first] + moved[:, second]
+    gaps = np.abs(before[:, first] - before[:, second])
+    size = np.minimum(np.abs(before[:, first]), np.abs(before[:, second]))
+    meeting = (gaps < moved) & (moved > 4 * np.abs(1 - size)) & (size > INSIDE)
+    return np.asarray(meeting.any(axis=1))
+
+
+def _lagrange(nodes: Array, positions: Array) -> Array:
+    """Weights (positions, nodes) of polynomial interpolation."""
+    diagonal = np.eye(len(nodes), dtype=bool)
+    gaps = np.where(diagonal, 1.0, nodes[:, None] - nodes[None, :])
+    ratios = (positions[:, None] - nodes)[:, None, :] / gaps
+    return np.asarray(np.where(diagonal, 1.0, ratios).prod(axis=2))
+
+
+def _neutral(before: Array, after: Array) -> bool:
+    """Whether real pairs with product one alone make the torus function change sign."""
+
+    def split(values: Array) -> tuple[int, int, int]:
+        # a real pair may turn complex, cross the circle and be real again
+        complex_ones, outside = np.abs(values.imag) > 1e-9, np.abs(values) > 1
+        return complex_ones.sum(), (complex_ones & outside).sum(), outside.sum()
+
+    return split(before) == split(after)
+
+
+def _vertex(positions: Array, logs: Array) -> float | None:
+    """Where a parabola through three values has its minimum, if that is worth another point."""
+    values = np.exp(np.clip(logs - logs[1], -50, 50))
+    left, right = positions[0] - positions[1], positions[2] - positions[1]
+    bend = ((values[2] - 1) / right - (values[0] - 1) / left) / (right - left)
+    slope = (values[2] - 1) / right - bend * right
+    if bend <= 0:
+        return None
+    vertex = -slope / (2 * bend)
+    gain = slope**2 / (4 * bend)
+    if gain < 0.3 or abs(vertex) < 1e-3 * (right - left):
+        return None
+    # on a grid, so that round-off does not move the point
+    vertex = float(np.round(64 * vertex / (right - left)) / 64 * (right - left))
+    vertex = float(np.clip(vertex, 0.9 * left, 0.9 * right))
+    return float(positions[1] + vertex)

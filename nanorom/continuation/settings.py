@@ -1,0 +1,51 @@
+"""Settings of a continuation, and the check of its range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nanorom.continuation.system import finite
+from nanorom.errors import ContinuationError
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a user may tune; the defaults need no tuning.
+
+    tolerance: size of the last harmonics relative to the orbit; series: truncation error of a step;
+    depth: generations of branches that bifurcate; steps: most steps on one branch;
+    harmonics: most harmonics of the response period; reach: how far, as a factor, a bifurcating
+    branch may leave the frequency range on either side.
+    """
+
+    tolerance: float = 5e-10
+    series: float = 5e-10
+    depth: int = 1
+    steps: int = 2000
+    harmonics: int = 150
+    reach: float = 2.0
+
+    def __post_init__(self) -> None:
+        bounds = {"tolerance": (1e-14, 1e-2), "harmonics": (3, 150), "reach": (1.0, 1e3)}
+        bounds |= {"depth": (0, 100), "steps": (1, 1_000_000)}
+        for name, (low, high) in bounds.items():
+            value = getattr(self, name)
+            if not finite(value) or not low <= value <= high:
+                raise ContinuationError(
+                    f"{name}: found {value!r}; expected a number from {low:g} to {high:g}"
+                )
+
+
+def check_range(omega: tuple[float, float]) -> tuple[float, float]:
+    """The range as two floats; raises ContinuationError unless positive, finite and rising."""
+    try:
+        low, high = (float(value) for value in omega)
+    except (TypeError, ValueError):
+        raise ContinuationError("omega: give the range as (low, high)") from None
+    if not (np.isfinite(low) and np.isfinite(high) and 0 < low < high):
+        raise ContinuationError(
+            f"omega: range ({low:g}, {high:g}) must be positive, finite and rising"
+        )
+    return low, high

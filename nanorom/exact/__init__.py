@@ -1,0 +1,1 @@
+"""Solutions that use no finite elements."""

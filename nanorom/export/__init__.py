@@ -1,0 +1,1 @@
+"""Modal systems in the formats of other programs."""

@@ -1,0 +1,1 @@
+"""Values, slopes and stresses of functions at quadrature points and at places."""

@@ -1,0 +1,283 @@
+"""Which mesh and degree a scene needs: as coarse as its tolerance allows.
+
+High order is the lever: degree 8 on few curved cells.  The cell size follows from the shortest
+wavelength asked for; edges get rings or rows of cells down to the layer sqrt(D/T) in which a
+clamped plate bends, and the corners of a rectangle, where the in-plane field is singular, rows
+that shrink geometrically.  The constants were set against the exact solutions of
+`nanorom bench --accuracy`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from nanorom.fem.mesh.corners import Corners
+from nanorom.fem.mesh.gmsh import MESHES, Grading
+from nanorom.fem.symmetry import OPPOSITE, Mirrors
+from nanorom.scene.geometry import (
+    Disc,
+    MeshFile,
+    Rectangle,
+    String,
+)
+from nanorom.scene.scene import Scene
+from nanorom.scene.support import Kind, Spring
+
+DEGREE = 8
+WAVES = (2.66, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
+RATE = 14.0  # at which errors fall with the size
+COARSEST = 1.0  # of the film's half width
+GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
+OUTERMOST = 4.0  # of the layer: width of the cells at the edge at tolerance 1e-6
+OUTERMOST_RATE = 7.4  # at which errors fall with that width
+LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
+AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
+ALIKE = 0.05  # rings that differ by less than this are one
+SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
+ASPECT = 3.0
+CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
+CORNER_ERROR = 1e-2  # of that field where no row shrinks towards the corner
+CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
+
+
+@attrs.frozen
+class Discretisation:
+    """A geometry file with its parameters, the order of its cells' map, and the degree.
+
+    The file describes the part of the film that ``mirrors`` cut out; ``whole``: it is unfolded
+    and the whole film is meshed; ``size_factor`` scales the cells of a geometry file;
+    ``corners``: how cells shrink where the support changes.
+    """
+
+    file: Path
+    parameters: dict[str, float]
+    degree: int
+    order: int
+    grading: Grading | None = None
+    mirrors: Mirrors = Mirrors()
+    whole: bool = False
+    size_factor: float = 1.0
+    corners: Corners | None = None
+
+
+def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -> Discretisation:
+    """Discretisation for a scene.
+
+    length : the scene's unit of length in m; layer : sqrt(D/T) in that unit, 0 for a membrane;
+    tolerance : error to aim at, None for the degree and mesh size that the scene states.
+    """
+    geometry, accuracy, mirrors = scene.geometry, scene.accuracy, Mirrors.of(scene)
+    if isinstance(geometry, MeshFile):
+        return _file(scene, geometry, tolerance)
+    degree = accuracy.degree or DEGREE
+    if tolerance is None:
+        size = accuracy.mesh_size / length if accuracy.mesh_size else COARSEST
+    else:
+        size = _cell_size(geometry, scene.modes.highest, length, layer, tolerance)
+    order = max(degree, 2)
+    if isinstance(geometry, Disc):
+        spot = _spot(scene, length, tolerance)
+        return _disc(degree, order, size, layer, mirrors, tolerance, spot)
+    return _rectangle(scene, geometry, degree, size, length, layer, mirrors, tolerance)
+
+
+def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discretisation:
+    """The mesh of a file; a geometry file is meshed finer where the tolerance asks for it."""
+    degree = scene.accuracy.degree or DEGREE
+    finer = 1.0
+    if tolerance is not None and scene.accuracy.tolerance is not None:
+        finer = (tolerance / scene.accuracy.tolerance) ** (1 / RATE)
+    corners = _corners(scene, tolerance)
+    return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
+
+
+def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
+    return None if tolerance is None else Corners(scene.support.kind, tolerance, scene.material.poisson_ratio, isinstance(scene.geometry, Rectangle))
+
+
+def _cell_size(
+    geometry: Disc | Rectangle, count: int, length: float, layer: float, tolerance: float
+) -> float:
+    """Size of degree-8 cells for a tolerance at the shortest wavelength."""
+    wavenumber = shortest_wave(geometry, count) * length
+    plate, membrane = WAVES
+    scaled = (plate if layer else membrane) * (tolerance / 1e-6) ** (1 / RATE)
+    return min(COARSEST, scaled / wavenumber)
+
+
+def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:
+    """Wavenumber of the count-th mode in 1/m, by Weyl's law with its boundary term."""
+    if isinstance(geometry, Disc):
+        area, perimeter = np.pi * geometry.radius**2, 2 * np.pi * geometry.radius
+    else:
+        area = geometry.length * geometry.width
+        perimeter = 2 * (geometry.length + geometry.width)
+    if isinstance(geometry, String):
+        return (count + 1) * np.pi / geometry.length
+    return (perimeter + np.sqrt(perimeter**2 + 16 * np.pi * area * (count + 1))) / (2 * area)
+
+
+def _disc(
+    degree: int,
+    order: int,
+    size: float,
+    layer: float,
+    mirrors: Mirrors,
+    tolerance: float | None,
+    spot: float,
+) -> Discretisation:
+    """Drum of radius 1 in rings of equal width, then of widths that shrink to the layer.
+
+    spot : radius on which a force at the centre acts, 0 without one; it gets a ring of its own, and
+    rings grow from it to the others.
+    """
+    shrinking = np.empty(0)
+    if tolerance is not None:
+        rings = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+        shrinking = _within(1.0, rings)
+    inner = 1 - shrinking.sum()
+    n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
+    uniform = inner / n_inner * np.arange(1, n_inner + 1)
+    core = np.empty(0)
+    if 0 < spot < inner and tolerance is not None:
+        uniform = uniform[uniform > spot * (1 + ALIKE)]
+        count = int(np.ceil(np.log(uniform[0] / spot) / np.log(_layer_ratio(tolerance))))
+        core = spot * (uniform[0] / spot) ** (np.arange(count) / count)
+        core = np.concatenate([inner / n_inner * np.arange(1, spot * n_inner / inner), core])
+    radii = np.concatenate([[0.0], core, uniform, inner + np.cumsum(shrinking)])
+    radii[-1] = 1.0
+    parameters = {
+        "radius": 1.0,
+        "rings": len(radii) - 1,
+        "growth": GROWTH,
+        "sectors": 4 * np.ceil(GROWTH * np.ceil(1 / size - 1e-9)),
+        "quadrants": 4 // mirrors.copies,
+    }
+    equal = np.linspace(0.0, 1.0, len(radii))
+
+    def move(points: np.ndarray) -> np.ndarray:
+        radius = np.linalg.norm(points, axis=1)
+        scale = np.interp(radius, equal, radii) / np.where(radius > 0, radius, 1.0)
+        return points * scale[:, None]
+
+    grading = Grading(move, polar=spot if len(core) else min(inner, radii[-2]))
+    return Discretisation(MESHES / "drum.geo", parameters, degree, order, grading, mirrors)
+
+
+def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
+    """Radius on which a force at a drum's centre acts, 0 without one.
+
+    Under a point force the deflection is smooth but for r^2 log r.
+    """
+    load = scene.load
+    if load is None or not load.force or not load.centred or tolerance is None:
+        return 0.0
+    return load.radius / length or float(np.sqrt(tolerance))
+
+
+def _outermost(layer: float, tolerance: float) -> float:
+    """Width of the cells at a clamped edge."""
+    return layer * OUTERMOST * (tolerance / 1e-6) ** (1 / OUTERMOST_RATE)
+
+
+def _layer_ratio(tolerance: float) -> float:
+    """Widths of neighbouring rings towards the edge."""
+    return max(2.0, LAYER_RATIO * (tolerance / 1e-4) ** 0.06)
+
+
+def _shrinking(size: float, smallest: float, ratio: float) -> np.ndarray:
+    """Widths that fall from below ``size`` to about ``smallest``, each by a ratio."""
+    if smallest <= 0 or smallest >= size:
+        return np.empty(0)
+    count = int(np.ceil(np.log(size / smallest) / np.log(ratio)))
+    return size * (smallest / size) ** (np.arange(1, count + 1) / count)
+
+
+def _within(half: float, widths: np.ndarray) -> np.ndarray:
+    """Widths towards an edge, all narrower where they would take more than a share of the half."""
+    return widths * (AT_EDGE * half / max(widths.sum(), AT_EDGE * half))
+
+
+def _rectangle(
+    scene: Scene,
+    geometry: Rectangle,
+    degree: int,
+    size: float,
+    length: float,
+    layer: float,
+    mirrors: Mirrors,
+    tolerance: float | None,
+) -> Discretisation:
+    """Rows and columns that shrink towards every supported side.
+
+    Not towards a free one: the film moves there, and tiny cells would only add rounding error.
+    Corners between the two kinds are graded by themselves.
+    """
+    sides = {"x": geometry.length / length, "y": geometry.width / length}
+    parameters = {"length": sides["x"], "width": sides["y"]}
+    size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)
+    lines = {}
+    smallest = {
+        end: np.append(size, _end_rows(scene.supports[end], size, layer, tolerance))[-1]
+        for end in scene.supports
+    }
+    crossing = {"x": OPPOSITE["y"], "y": OPPOSITE["x"]}
+    for axis, side in sides.items():
+        # corner cells are no longer than wide
+        across = min(smallest[end] for end in crossing[axis])
+        low, high = (
+            _within(
+                side / 2,
+                _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, across),
+            )
+            for end in OPPOSITE[axis]
+        )
+        half = axis in mirrors.axes
+        start = 0.0 if half else -side / 2
+        low = np.empty(0) if half else low
+        inner = side / 2 - start - low.sum() - high.sum()
+        n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
+        widths = np.concatenate([low[::-1], np.full(n_inner, inner / n_inner), high])
+        lines[axis] = np.concatenate([[0.0], np.cumsum(widths)]) + start
+        parameters |= {f"n_{axis}": len(widths), f"half_{axis}": half}
+
+    def move(points: np.ndarray) -> np.ndarray:
+        columns = []
+        for points_1d, ends in zip(points.T, lines.values()):
+            uniform = np.linspace(ends[0], ends[-1], len(ends))
+            columns.append(np.interp(points_1d, uniform, ends))
+        return np.column_stack(columns)
+
+    file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
+    corners = _corners(scene, tolerance)
+    return Discretisation(file, parameters, degree, 1, Grading(move), mirrors, corners=corners)
+
+
+def _end_rows(
+    kind: Kind, size: float, layer: float, tolerance: float | None, across: float = np.inf
+) -> np.ndarray:
+    """Widths of the rows towards a side of a kind, from the inside outwards.
+
+    layer : in which it bends, if clamped; across: size of the corner cells along the side.
+    """
+    if tolerance is None:
+        return np.empty(0)
+    rows = np.empty(0)
+    if kind == "clamped" or isinstance(kind, Spring):
+        rows = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+    last = float(np.append(size, rows)[-1])
+    return rows
+
+
+def cells_of(chosen: Discretisation) -> int | None:
+    """How many cells a discretisation has, None where only gmsh can tell."""
+    p = chosen.parameters
+    if "rings" in p:
+        counts = np.minimum(np.ceil(p["growth"] * np.arange(1, p["rings"] + 1)), p["sectors"] / 4)
+        return int(p["quadrants"] * (2 * counts.sum() - counts[-1]))
+    if "n_x" in p:
+        return int(2 * p["n_x"] * p["n_y"])
+    return None

@@ -1,0 +1,112 @@
+"""Meshes: gmsh geometry in, a distributed DOLFINx mesh with tagged boundary out.
+
+gmsh runs on rank 0 only and makes straight triangles; the nodes of higher order are placed by
+`nanorom.fem.mesh.curved` on the true curves of the geometry, whatever the order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.errors import NanoromError
+from nanorom.fem.mesh import curved
+from nanorom.fem.mesh.corners import Corners
+from nanorom.fem.mesh.gmsh import Grading, MeshData, Placement, load
+from nanorom.fem.solvers import compat
+from nanorom.fem.symmetry import (
+    Mirrors,
+)
+
+
+@attrs.frozen
+class Domain:
+    """A distributed mesh and its boundary: physical curve -> local facet numbers.
+
+    across: the ranks that hold the same part of it in other groups of ranks.
+    """
+
+    mesh: Any
+    facets: Mapping[str, np.ndarray]
+    across: MPI.Comm = MPI.COMM_SELF
+
+    @property
+    def comm(self) -> MPI.Comm:
+        return self.mesh.comm
+
+    def facets_of(self, names: list[str]) -> np.ndarray:
+        """Local facets that carry any of the names, sorted."""
+        found = [self.facets[name] for name in names]
+        return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int32)
+
+
+def build(
+    comm: MPI.Comm,
+    file: Path,
+    parameters: Mapping[str, float] | None = None,
+    order: int = 1,
+    grading: Grading | None = None,
+    unfold: Mirrors | None = None,
+    size_factor: float = 1.0,
+    corners: Corners | None = None,
+    place: Placement | None = None,
+    in_space: bool = False,
+) -> Domain:
+    """Mesh a ``.geo`` (with its parameters) or read a ``.msh`` and distribute it. Collective.
+
+    ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``unfold`` names the mirrors by
+    which the part in the file makes the whole film; ``size_factor`` scales the cells that the file
+    asks for; ``corners`` grades them where the support changes; ``place`` puts the points (n, 2)
+    of a flat file on a surface in space (n, 3);
+    ``in_space``: the file is such a surface itself.  Raises MeshError on every rank alike.
+    """
+    data: MeshData | NanoromError | None = None
+    if comm.rank == 0:
+        try:
+            data = load(file, parameters or {}, order, grading, size_factor, corners, in_space)
+            data = data.unfolded(unfold or Mirrors())
+            if place is not None:
+                data = data.placed(place)
+        except NanoromError as error:
+            data = error
+    data = comm.bcast(data if isinstance(data, NanoromError) else None) or data
+    if isinstance(data, NanoromError):
+        raise data
+    return distribute(comm, data)
+
+
+def distribute(comm: MPI.Comm, data: MeshData | None) -> Domain:
+    """Spread the mesh of rank 0 over the ranks and find its tagged facets. Collective."""
+    order = comm.bcast(data.order if data else None)
+    facets = comm.bcast(dict(data.facets) if data else None)
+    dimension = comm.bcast(data.points.shape[1] if data else None)
+    n_nodes = (order + 1) * (order + 2) // 2
+    cells = data.cells if data else np.empty((0, n_nodes), dtype=np.int64)
+    points = data.points if data else np.empty((0, dimension))
+    mesh = compat.create_mesh(comm, cells, points, order)
+    return Domain(mesh, local_facets(mesh, facets))
+
+
+def local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Local facets of each name, found by the input numbers of their two vertices."""
+    topology = mesh.topology
+    topology.create_connectivity(2, 1)
+    topology.create_connectivity(1, 2)
+    facet_of_cell = topology.connectivity(2, 1)
+    n_cells = topology.index_map(2).size_local + topology.index_map(2).num_ghosts
+    facets = facet_of_cell.array[: 3 * n_cells].reshape(-1, 3)
+    corners = compat.input_nodes(mesh)[compat.cell_nodes(mesh)[:, :3]]
+    ends = np.sort(corners[:, np.array(curved.EDGES)], axis=2).reshape(-1, 2)
+    lookup: dict[tuple[int, int], int] = {}
+    for (a, b), facet in zip(ends.tolist(), facets.ravel().tolist()):
+        lookup[a, b] = facet
+    found = {}
+    for name, pairs in tagged.items():
+        hits = [lookup.get((a, b)) for a, b in np.sort(pairs, axis=1).tolist()]
+        found[name] = np.unique(np.array([h for h in hits if h is not None], dtype=np.int32))
+    return found

@@ -1,0 +1,1 @@
+"""Step I: the energies of films, and the forms made from them."""

@@ -1,0 +1,70 @@
+"""The shell of a scene on its surface in space."""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.errors import SceneError
+from nanorom.fem.mesh import mesh
+from nanorom.fem.mesh.discretisation import Discretisation
+from nanorom.fem.mesh.mesh import Domain
+from nanorom.fem.models import initial_shape
+from nanorom.fem.models.shell import Shell
+from nanorom.fem.scales import Scales
+from nanorom.scene.geometry import MeshFile
+from nanorom.scene.scene import Scene
+
+
+def build_surface(comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discretisation) -> Domain:
+    """The scene's mid-surface in units of its length. Collective."""
+    if isinstance(scene.geometry, MeshFile) and scene.plate.initial_shape is None:
+        return mesh.build(
+            comm,
+            chosen.file,
+            order=chosen.degree,
+            size_factor=chosen.size_factor,
+            in_space=True,
+        )
+    height = None
+    if scene.plate.initial_shape is not None:
+        height = initial_shape.read(scene.plate.initial_shape)
+
+    def place(points: np.ndarray) -> np.ndarray:
+        z = np.zeros(len(points))
+        if height is not None:
+            z = height(points * scales.length) / scales.length
+        return np.column_stack([points, z])
+
+    return mesh.build(
+        comm,
+        chosen.file,
+        chosen.parameters,
+        min(chosen.order, chosen.degree) if height is None else chosen.degree,
+        chosen.grading,
+        chosen.mirrors,
+        chosen.size_factor,
+        place=place,
+    )
+
+
+def build_shell(scene: Scene, scales: Scales, domain: Domain, degree: int) -> Shell:
+    """The shell of a scene with the scaled parameters. Collective."""
+    shell = Shell(domain, degree)
+    material, thickness = scene.material, scene.plate.thickness
+    shell.thickness.value = thickness / scales.length
+    shell.youngs_modulus.value = material.youngs_modulus * scales.length / scales.tension
+    shell.nu.value = material.poisson_ratio
+    change = 0.0
+    if scene.load is not None and scene.load.stress is not None:
+        change = scene.load.stress * thickness
+    tension = np.array([scene.tension.x, scene.tension.y, 0.0]) + change
+    if not shell.is_flat:
+        if scene.tension.x != scene.tension.y:
+            raise SceneError(
+                f"tension: found x = {scene.tension.x:g}, y = {scene.tension.y:g} N/m for a curved "
+                "surface; allowed: value, the same in every direction"
+            )
+        tension[2] = tension[0]
+    shell.pre_tension.value = tension / scales.tension
+    return shell

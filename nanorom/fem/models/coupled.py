@@ -1,0 +1,115 @@
+"""The film's displacement (u, w) as one field.
+
+The unit of displacement is such that stretching and tension have the same unit (the plate's
+membrane stiffness stays 1), so a load is measured in tension x displacement / length^n.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from nanorom.fem.models.gate import Attraction
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.solvers import compat
+from nanorom.fem.symmetry import AXES, Parity
+
+
+class Film:
+    """A plate's in-plane displacement and deflection in one space of three components."""
+
+    def __init__(self, plate: Plate) -> None:
+        self.plate = plate
+        self.space = compat.lagrange_space(plate.domain.mesh, plate.degree, components=3)
+        self.state = fem.Function(self.space)
+        # the three spaces number the same nodes, each in its own order
+        self._node = np.empty(len(self.state.x.array) // 3, dtype=np.int64)
+        self._node[compat.cell_dofs(self.space)] = compat.cell_dofs(plate.deflections)
+        self._in_plane_node = np.empty_like(self._node)
+        self._in_plane_node[compat.cell_dofs(self.space)] = compat.cell_dofs(plate.in_plane)
+
+    @property
+    def u(self) -> Any:
+        """In-plane displacement (UFL)."""
+        return ufl.as_vector([self.state[0], self.state[1]])
+
+    @property
+    def w(self) -> Any:
+        """Deflection (UFL)."""
+        return self.state[2]
+
+    def stretching_energy(self) -> Any:
+        """Energy of the displacement, tension and bending apart."""
+        return self.plate.stretching_energy(self.u, self.w)
+
+    def preload_energy(self) -> Any:
+        """What is linear in the displacement: pre-stress that is not in equilibrium."""
+        return self.plate.preload_energy(self.u, self.w)
+
+    def fixed(self, parity: Parity) -> np.ndarray:
+        """Degrees of freedom (unrolled) that supports and mirrors hold at zero.
+
+        A displacement has the parity of its deflection; the shape of the film is even.
+        """
+        plate = self.plate
+        blocks = fem.locate_dofs_topological(self.space, 1, plate.supported)
+        held = fem.locate_dofs_topological(self.space, 1, plate.held)
+        fixed = [3 * blocks, 3 * blocks + 1, 3 * held + 2]
+        for axis, odd in zip(plate.mirrors.axes, parity):
+            blocks = fem.locate_dofs_topological(self.space, 1, plate.on_mirror(axis))
+            across = AXES.index(axis)
+            fixed += [3 * blocks + 1 - across, 3 * blocks + 2] if odd else [3 * blocks + across]
+        return np.unique(np.concatenate(fixed))
+
+    def embed(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """A matrix of the plate's deflections as one of the film. Collective."""
+        rows, columns = (s.dofmap.index_map for s in (self.plate.deflections, self.space))
+        sizes = [[n * m.size_local, n * m.size_global] for n, m in ((1, rows), (3, columns))]
+        inject = PETSc.Mat().createAIJ(sizes, nnz=1, comm=self.plate.domain.comm)
+        owned = np.arange(columns.size_local, dtype=np.int32)
+        row = rows.local_to_global(self._node[owned].astype(np.int32))
+        column = 3 * columns.local_to_global(owned) + 2
+        for i, j in zip(row, column):
+            inject.setValue(int(i), int(j), 1.0)
+        inject.assemble()
+        return matrix.ptap(inject)
+
+    def deflection(self) -> np.ndarray:
+        """(local dofs,) of the deflection of the current state, numbered as the plate does."""
+        w = np.empty(len(self._node))
+        w[self._node] = self.state.x.array.reshape(-1, 3)[:, 2]
+        return w
+
+    def in_plane(self) -> np.ndarray:
+        """(local dofs,) of the in-plane displacement of the current state, the same."""
+        u = np.empty((len(self._node), 2))
+        u[self._in_plane_node] = self.state.x.array.reshape(-1, 3)[:, :2]
+        return u.ravel()
+
+    def deflections_to_state(self, w: np.ndarray) -> np.ndarray:
+        """(local dofs,) of a state that has a nodal vector (local plate dofs,) as deflection."""
+        state = np.zeros((len(self._node), 3))
+        state[:, 2] = w[self._node]
+        return state.ravel()
+
+    def about(self, attraction: Attraction | None = None) -> Plate:
+        """The plate about the current state, in equilibrium with what attracts it. Collective."""
+        plate = self.plate
+        u, w = fem.Function(plate.in_plane), fem.Function(plate.deflections)
+        u.x.array[:], w.x.array[:] = self.in_plane(), self.deflection()
+        about = copy.copy(plate)
+        force = plate.stretching_force(u, w)
+        about.prestress = force if plate.prestress is None else plate.prestress + force
+        shape = w.x.array if plate.shape is None else w.x.array + plate.shape.x.array
+        if plate.domain.comm.allreduce(float(np.abs(shape).max(initial=0.0)), op=MPI.MAX) > 0:
+            about.shape = fem.Function(plate.deflections)
+            about.shape.x.array[:] = shape
+        if attraction is not None:
+            about.attraction = attraction
+        return about

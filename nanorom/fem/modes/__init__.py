@@ -1,0 +1,1 @@
+"""Step II: vibration modes, their peaks, names and errors."""

@@ -1,0 +1,247 @@
+"""How far a solution is from that of the stated model, read off its own spectral decay.
+
+A Galerkin solution is the best approximation in energy, and a polynomial of degree p is all that a
+cell can hold: the energy beyond degree p is, to a constant of order one, the error of degree p
+(Babuska and Osborn 1991 for eigenvalues).  In every cell the fields are expanded in polynomials
+that are orthonormal in the energy and sorted by degree, so that sums of squares tell the energy
+beyond any degree below the one computed with, and extrapolation what is beyond that.  The constants
+were set against the exact solutions of discs, squares and strings (``nanorom bench --accuracy``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import attrs
+import basix
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.fem.fields import quadrature
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.solvers import algebra, compat
+
+ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
+POINTWISE = 12.0  # from a shape's extrapolated tail in the cells at its peak to its error there
+AT_PEAK = 0.9  # of the largest value: what a cell at the peak has somewhere
+FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its eigenvalue
+AVERAGES = 6.0  # from that of a shape and of what weighs it to the error of integrals over it
+IN_PLANE = 1.5  # from that of the in-plane displacement to its error
+STRETCHED = 1.0  # from the same to the error of frequencies that it stiffens
+DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
+CHUNK = 256  # cells at a time
+
+
+@attrs.frozen(eq=False)
+class ModeErrors:
+    """Estimated relative errors (n,) of modes: frequency, its part from rounding, averages, scale.
+
+    average: of integrals over the shape; scale: of the value at its peak, to which it is scaled.
+    """
+
+    frequency: np.ndarray
+    rounding: np.ndarray
+    average: np.ndarray
+    scale: np.ndarray
+
+
+def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
+    """Estimate the errors of frequencies and shapes. Collective.
+
+    stiffening : isotropic tension that acts beyond the plate's own, see `stiffening_of`.
+    """
+    plate, n_modes, comm = modes.plate, modes.shapes.shape[1], modes.plate.domain.comm
+    owned = modes.shapes[: modes.n_owned]
+    square = comm.allreduce(np.sum(owned * algebra.multiply(modes.mass, owned), axis=0))
+    total_energy = modes.eigenvalues * square
+    diagonal = np.zeros(n_modes)
+    for parity in sorted(set(modes.parities)):
+        own = [i for i, p in enumerate(modes.parities) if p == parity]
+        entries = modes.stiffness[parity].getDiagonal().array
+        diagonal[own] = np.abs(entries) @ owned[:, own] ** 2
+    # under compression the energy is a difference, and all that is small beside its parts counts
+    beyond, last, whole = comm.allreduce(_deflection_tails(plate, modes.shapes, stiffening))
+    # of the curvature at a point, not of the matrix's entries, which are its squares
+    rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / whole)
+    # what an integral weighs a shape with varies faster than the shape, as if of one degree less
+    average = AVERAGES * np.sqrt(beyond * last) / whole + rounding
+    scale = POINTWISE * _at_peaks(plate, modes.shapes)
+    rounding = rounding * whole / total_energy
+    frequency = 0.5 * FREQUENCY * beyond / total_energy + rounding
+    if modes.shift is not None:
+        frequency += modes.shift
+    return ModeErrors(frequency, rounding, average, scale)
+
+
+def stiffening_of(plate: Plate, tension: float | None) -> float:
+    """Tension beyond the plate's own that bounds the stiffness about a state of a mean tension.
+
+    Where load made that tension by a deflection w, a mode also stretches the film along grad w,
+    by no more than twice of it.
+    """
+    own = 0.5 * (float(plate.tension_x.value) + float(plate.tension_y.value))
+    return 0.0 if tension is None else 3 * max(tension - own, 0.0)
+
+
+def of_state(plate: Plate, deflection: np.ndarray, stiffening: float, in_plane: float) -> float:
+    """Estimated error, relative, that a static deflection (local dofs,) brings to frequencies.
+
+    Both are smooth functionals of the solution, so they err as its energy does, that of the
+    in-plane displacement included (see `of_tensor`).  Collective.
+    """
+    tails = _deflection_tails(plate, deflection[:, None], stiffening)
+    beyond, _, total = plate.domain.comm.allreduce(tails)[:, 0]
+    return float(FREQUENCY * beyond / total + STRETCHED * in_plane) if total > 0 else 0.0
+
+
+def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
+    """Estimated error of a cubic tensor relative to its largest entry.
+
+    in_plane : estimated error of the condensed in-plane energy, relative to its largest entry.
+    """
+    own = np.abs(np.einsum("iiii->i", cubic))
+    scale = 4 * np.max(modes.scale * own) / np.abs(cubic).max()
+    shape = np.max(modes.average)
+    return float(scale + shape + IN_PLANE * in_plane)
+
+
+def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
+    """Membrane energy (m,) that in-plane displacements (local dofs, m) leave out. Collective."""
+    dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
+    # no strain has more energy than this by the square of its displacement's gradient
+    stiffness = float(plate.membrane_stiffness.value) / (1 - abs(float(plate.nu.value)))
+    tails = np.zeros((3, displacements.shape[1]))
+    for cells, inverse, area in _cell_maps(plate):
+        metric = stiffness * area[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
+        factor = _orthonormal(plate.degree, metric)
+        for component in (0, 1):
+            tails += _tails(plate.degree, factor, displacements[2 * dofs[cells] + component])
+    return np.asarray(plate.domain.comm.allreduce(tails)[0])
+
+
+def extrapolated(tails: np.ndarray) -> np.ndarray:
+    """What is beyond degree k, from what is beyond k - 1, k - 2 and k - 3, (3, ...).
+
+    Even and odd degrees do not shrink the tail alike: the next shrinks it as the last but one.
+    """
+    last, longer, longest = tails
+    return last * np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
+
+
+def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
+    """Energies (3, n) of tension and bending in this rank's cells, see `_tails`."""
+    dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
+    tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)]) + stiffening
+    bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
+    tails = np.zeros((3, deflections.shape[1]))
+    for cells, inverse, area in _cell_maps(plate):
+        slopes = np.einsum("c,d,cad,cbd->cab", area, tension, inverse, inverse)
+        curvatures = None
+        if bending:
+            # grad grad of the reference cell's xx, xy and yy, the curvature of the map left out
+            turned = np.einsum("cad,cbe->cdeab", inverse, inverse)
+            xx, xy, yx, yy = np.moveaxis(turned.reshape(len(cells), 4, 4), 2, 0)
+            turned = np.stack([xx, xy + yx, yy], axis=2)
+            curvatures = np.einsum("c,cka,ckb->cab", bending * area, turned, turned)
+        factor = _orthonormal(plate.degree, slopes, curvatures)
+        tails += _tails(plate.degree, factor, deflections[dofs[cells]])
+    return tails
+
+
+def _cell_maps(plate: Plate) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Chunks of owned cells: numbers (c,), inverse Jacobians (c, 2, 2) and scale of the area."""
+    middle = np.full((1, 2), 1 / 3)
+    n_cells = quadrature.owned_cells(plate)
+    for first in range(0, n_cells, CHUNK):
+        cells = np.arange(first, min(first + CHUNK, n_cells))
+        jacobian = quadrature.map_cells(plate, cells, middle)[1][:, 0]
+        yield cells, np.linalg.inv(jacobian), np.abs(np.linalg.det(jacobian))
+
+
+@attrs.frozen(eq=False)
+class _Polynomials:
+    """Orthonormal polynomials of the reference triangle up to a degree, sorted by degree.
+
+    coefficients: (n, n) from nodal values to theirs; slopes: (2, 2, n, n) and curvatures:
+    (3, 3, n, n) integrals of products of their first and second derivatives.
+    """
+
+    coefficients: np.ndarray
+    slopes: np.ndarray
+    curvatures: np.ndarray
+
+    @classmethod
+    @lru_cache(maxsize=8)
+    def of(cls, degree: int) -> _Polynomials:
+        element = compat.reference_element(degree)
+        rule = basix.make_quadrature(basix.CellType.triangle, 2 * degree)
+        points, weights = np.asarray(rule[0]), np.asarray(rule[1])
+        at_nodes = compat.orthonormal_polynomials(degree, np.asarray(element.points))
+        nodal = np.asarray(element.tabulate(2, points)).reshape(6, len(points), -1)
+        derivatives = nodal @ at_nodes.T
+        products = [
+            np.einsum("q,aqm,bqn->abmn", weights, part, part, optimize=True)
+            for part in (derivatives[1:3], derivatives[3:])
+        ]
+        return cls(np.linalg.inv(at_nodes.T), *products)
+
+
+def _orthonormal(
+    degree: int, slopes: np.ndarray, curvatures: np.ndarray | None = None
+) -> np.ndarray:
+    """Matrices (c, n, n) from nodal values in cells to polynomials orthonormal in their energy.
+
+    slopes: (c, 2, 2) and curvatures: (c, 3, 3) weigh the products of first and second derivatives
+    in the reference cell.  Of Cholesky's factor: sorted by degree, each of the polynomials is
+    orthogonal to all before it.
+    """
+    known = _Polynomials.of(degree)
+    n = len(known.coefficients)
+    energy = slopes.reshape(-1, 4) @ known.slopes.reshape(4, -1)
+    if curvatures is not None:
+        energy += curvatures.reshape(-1, 9) @ known.curvatures.reshape(9, -1)
+    energy = energy.reshape(-1, n, n)
+    square = np.diagonal(energy, axis1=1, axis2=2)
+    # rigid motions have none
+    size = np.sqrt(np.maximum(square, DEPENDENT * square.max(axis=1, keepdims=True)))
+    scaled = energy / (size[:, :, None] * size[:, None, :]) + DEPENDENT * np.eye(n)
+    factor = np.swapaxes(np.linalg.cholesky(scaled), 1, 2)
+    return np.asarray(factor * size[:, None, :] @ known.coefficients)
+
+
+def _tails(degree: int, factor: np.ndarray, local: np.ndarray) -> np.ndarray:
+    """Energies (3, m) of nodal values (c, n, m): beyond the degree k, beyond k - 1, and all of it.
+
+    Extrapolated cell by cell: in a corner, where the solution is singular, it decays slowly.
+    """
+    squares = np.matmul(factor, local) ** 2
+    tails = np.array([squares[:, first:].sum(axis=1) for first in _beyond(degree)])
+    return np.array([extrapolated(tails).sum(axis=0), tails[0].sum(axis=0), squares.sum((0, 1))])
+
+
+def _beyond(degree: int) -> list[int]:
+    """First polynomials beyond degree k - 1, k - 2 and k - 3."""
+    kept = [max(degree - back, 0) for back in (1, 2, 3)]
+    return [(k + 1) * (k + 2) // 2 for k in kept]
+
+
+def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+    """What shapes (local dofs, n) leave out in the cells at their peaks: rms, relative (n,)."""
+    dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
+    coefficients = _Polynomials.of(plate.degree).coefficients
+    heights, tails = [np.empty((0, shapes.shape[1]))], [np.empty((3, 0, shapes.shape[1]))]
+    for first in range(0, len(dofs), CHUNK):
+        local = shapes[dofs[first : first + CHUNK]]
+        heights.append(np.abs(local).max(axis=1))
+        squares = np.matmul(coefficients, local) ** 2
+        # the reference triangle's area is a half
+        parts = [2 * squares[:, i:].sum(axis=1) for i in _beyond(plate.degree)]
+        tails.append(np.array(parts))
+    height, squares = np.concatenate(heights), np.concatenate(tails, axis=1)
+    highest = height.max(axis=0, initial=0.0)
+    plate.domain.comm.Allreduce(MPI.IN_PLACE, highest, op=MPI.MAX)
+    at_peak = np.where(height > AT_PEAK * highest, squares, 0.0).max(axis=1, initial=0.0)
+    plate.domain.comm.Allreduce(MPI.IN_PLACE, at_peak, op=MPI.MAX)
+    return np.asarray(np.sqrt(extrapolated(at_peak)) / highest)

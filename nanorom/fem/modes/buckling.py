@@ -1,0 +1,89 @@
+"""Linear buckling: by how much a compressed flat film is beyond its critical tension.
+
+With the bending stiffness K_b and the geometric stiffness K_T of the stated tension, the flat state
+loses its stability at the smallest factor f of that tension for which K_b + f K_T is singular:
+mu = 1/f is the largest eigenvalue of -K_T x = mu K_b x.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+from nanorom.errors import SolverError
+from nanorom.fem.models.operators import ClassStiffness, free_deflections
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.solvers import algebra
+from nanorom.scene.film import Tension
+
+TOLERANCE = 1e-10  # of the eigenvalue
+
+
+def told(plate: Plate, tension: Tension) -> str:
+    """One line for the user: the state is not stable, and what is the critical tension."""
+    if not plate.bending:
+        return (
+            "the flat state is not stable: a membrane has no stiffness under compression; "
+            "raise the tension or give the film bending stiffness (plate.model)"
+        )
+    if plate.prestress is not None or plate.shape is not None or plate.attraction is not None:
+        return "the static state is not stable under its load; lower the load or raise the tension"
+    factor = critical_factor(plate)
+    x, y = factor * tension.x, factor * tension.y
+    values = f"{x:.8g} N/m" if x == y else f"{x:.8g} N/m along x and {y:.8g} N/m along y"
+    return (
+        f"the flat state is not stable: the film buckles at {factor:.6g} of the stated tension; "
+        f"the critical tension is {values}: raise the tension above it"
+    )
+
+
+def critical_factor(plate: Plate) -> float:
+    """Factor of the plate's tension at which the flat film buckles. Collective.
+
+    Raises SolverError if no factor makes it buckle.
+    """
+    tension = float(plate.tension_x.value), float(plate.tension_y.value)
+    rigidity = float(plate.bending_stiffness.value)
+    springs = [stiffness.value.copy() for _, stiffness in plate.springs]
+    try:
+        plate.tension_x.value = plate.tension_y.value = 0.0
+        bending = ClassStiffness(plate)
+        plate.tension_x.value, plate.tension_y.value = tension
+        plate.bending_stiffness.value = 0.0
+        for _, stiffness in plate.springs:
+            stiffness.value = np.zeros(2)
+        geometric = algebra.assemble(plate.compiled(plate.stiffness_form))
+    finally:
+        plate.tension_x.value, plate.tension_y.value = tension
+        plate.bending_stiffness.value = rigidity
+        for (_, stiffness), value in zip(plate.springs, springs):
+            stiffness.value = value
+    geometric.scale(-1.0)
+    largest = 0.0
+    for parity, stiffness in bending.items():
+        free = free_deflections(plate, parity)
+        largest = max(largest, _largest(free.restrict(geometric), free.restrict(stiffness)))
+    if largest <= 0:
+        raise SolverError("the flat state is not stable, though its tension nowhere compresses")
+    return 1 / largest
+
+
+def _largest(a: PETSc.Mat, b: PETSc.Mat) -> float:
+    """Largest mu of A x = mu B x, B positive definite."""
+    solver = SLEPc.EPS().create(a.comm)
+    solver.setOptionsPrefix("nanorom_buckling_")
+    solver.setOperators(a, b)
+    solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_REAL)
+    solver.setDimensions(2)
+    solver.setTolerances(TOLERANCE, 500)
+    algebra.use_cholesky(solver.getST().getKSP())
+    start = a.createVecRight()
+    start.set(1.0)
+    solver.setInitialSpace([start])
+    solver.setFromOptions()
+    solver.solve()
+    if solver.getConverged() < 1:
+        raise SolverError("the flat state is not stable; its critical tension was not found")
+    return float(solver.getEigenvalue(0).real)

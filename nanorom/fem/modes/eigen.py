@@ -1,0 +1,326 @@
+"""Linear eigenmodes of the pre-stressed film (step II of the paper), by SLEPc."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+
+import attrs
+import numpy as np
+from dolfinx import fem
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+from nanorom.errors import SolverError
+from nanorom.fem.models.operators import ClassStiffness, Columns, LinearForce, free_deflections
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes.refine import polished
+from nanorom.fem.solvers import (
+    algebra,
+    compat,
+    groups,
+    multigrid,
+)
+from nanorom.fem.symmetry import Parity
+
+EIGEN_TOLERANCE = 1e-12  # of the eigensolver, relative to the eigenvalue
+EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
+SETTLED = 1e-11  # relative change of a shape at which iterations end; of an eigenvalue its square
+PATIENCE = 3, 15  # steps that have to halve the change, or rounding is all they see: matrix, force
+MOST_STEPS, MOST_ROUNDS = 120, 6  # of iterations from the modes of degree 2, of new forces
+DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
+NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
+EXTRA = 2  # modes beyond those asked for, so that a pair is not cut in two
+
+
+class UnstableError(SolverError):
+    """The stiffness of the film's state is not positive definite."""
+
+
+@attrs.frozen(eq=False)
+class Modes:
+    """The lowest modes of a plate, sorted by frequency.
+
+    eigenvalues: (n,) squared frequencies in the plate's units; shapes: (local dofs, n), of unit
+    modal mass on the meshed part when solved for; parities: n classes of symmetry; stiffness:
+    assembled on all degrees of freedom, by class; mass: assembled on all degrees of freedom;
+    force: what the stiffness does, to more digits; diameters: (n,) nodal ones, where the film is a
+    body of revolution; shift: (n,) of frequencies, relative, where near ones are told as equal.
+    """
+
+    plate: Plate
+    eigenvalues: np.ndarray
+    shapes: np.ndarray
+    parities: list[Parity]
+    stiffness: Mapping[Parity, PETSc.Mat]
+    mass: PETSc.Mat
+    force: LinearForce
+    diameters: np.ndarray | None = None
+    shift: np.ndarray | None = None
+
+    @property
+    def n_owned(self) -> int:
+        """Degrees of freedom of this rank, the first of the local ones."""
+        return self.mass.getLocalSize()[0]
+
+    def modal(self, operators: Mapping[Parity, PETSc.Mat]) -> np.ndarray:
+        """Phi^T K Phi (L, L) over the whole film of matrices by class. Collective."""
+        return self._products(
+            lambda parity, shapes: algebra.multiply(operators[parity], shapes[: self.n_owned])
+        )
+
+    def modal_stiffness(self) -> np.ndarray:
+        """Phi^T K Phi (L, L) over the whole film of tension and bending. Collective."""
+        return self._products(self.force)
+
+    def _products(self, force: Callable[[Parity, np.ndarray], np.ndarray]) -> np.ndarray:
+        """Work (L, L) of the forces of all modes; different parities have none. Collective."""
+        owned = self.shapes[: self.n_owned]
+        columns = np.empty_like(owned)
+        for parity in sorted(set(self.parities)):  # collective: in one order on every rank
+            own = [i for i, p in enumerate(self.parities) if p == parity]
+            columns[:, own] = force(parity, self.shapes[:, own])
+        same = np.array([[a == b for b in self.parities] for a in self.parities])
+        product = self.plate.mirrors.copies * same * (owned.T @ columns)
+        product = self.plate.domain.comm.allreduce(product)
+        return 0.5 * (product + product.T)
+
+    def take(self, index: np.ndarray) -> Modes:
+        """Some of the modes, or all in another order."""
+        return attrs.evolve(
+            self,
+            eigenvalues=self.eigenvalues[index],
+            shapes=np.ascontiguousarray(self.shapes[:, index]),
+            parities=[self.parities[i] for i in index],
+            diameters=None if self.diameters is None else self.diameters[index],
+            shift=None if self.shift is None else self.shift[index],
+        )
+
+
+def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.ndarray]:
+    """Split sorted eigenvalues where neighbours differ by more than a relative tolerance."""
+    gaps = np.diff(eigenvalues) > tolerance * np.abs(eigenvalues[1:])
+    return np.split(np.arange(len(eigenvalues)), np.flatnonzero(gaps) + 1)
+
+
+def solve(plate: Plate, count: int) -> Modes:
+    """At least the ``count`` lowest modes, no cluster of near ones cut in two. Collective.
+
+    Raises SolverError when the mesh has too few degrees of freedom, when the film's state is not
+    stable (the stiffness is not positive definite), or when a mode did not converge.
+    """
+    mass = algebra.assemble(plate.compiled(plate.mass_form))
+    spared = plate.solvers.iterates(free_deflections(plate, plate.mirrors.even))
+    stiffness, force = ClassStiffness(plate, spared), LinearForce.of(plate)
+    solvers = {p: ClassSolver(plate, p, stiffness, mass, force) for p in stiffness}
+    return lowest_of_classes(plate, solvers, stiffness, mass, force, count)
+
+
+def lowest_of_classes(
+    plate: Plate,
+    solvers: Mapping[Parity, ClassSolver],
+    stiffness: Mapping[Parity, PETSc.Mat],
+    mass: PETSc.Mat,
+    force: LinearForce,
+    count: int,
+) -> Modes:
+    """The lowest modes of all classes of symmetry together. Collective."""
+    size = sum(solver.free.size for solver in solvers.values())
+    if count > size // 2:
+        raise SolverError(
+            f"{count} modes asked for, but the mesh has only {size} free degrees of freedom "
+            f"({size // 2} modes at most): refine the mesh or ask for fewer"
+        )
+    each = -(-count // len(solvers)) + EXTRA
+    _compute(plate, solvers, list(solvers), each)
+    while True:
+        found = np.sort(np.concatenate([s.eigenvalues for s in solvers.values()]))
+        # beyond the last mode asked for by more than a cluster may be wide
+        enough = found[count - 1] * (1 + NEAR) ** EXTRA
+        short = [p for p, s in solvers.items() if not s.exhausted and s.eigenvalues[-1] <= enough]
+        if not short:
+            break
+        _compute(plate, solvers, short, 2 * max(len(solvers[p].eigenvalues) for p in short))
+    values, shapes, parities = _merged(solvers, count)
+    return Modes(plate, values, shapes, parities, stiffness, mass, force)
+
+
+def _compute(
+    plate: Plate, solvers: Mapping[Parity, ClassSolver], classes: list[Parity], count: int
+) -> None:
+    """The ``count`` lowest modes of some classes, dealt out to the groups of ranks. Collective."""
+
+    def work(own: Sequence[Parity]) -> dict[Parity, tuple[np.ndarray, np.ndarray]]:
+        return {parity: solvers[parity].compute(count) for parity in own}
+
+    for parity, found in groups.shared(plate.domain.across, classes, work).items():
+        solvers[parity].eigenvalues, solvers[parity].vectors = found
+
+
+class ClassSolver:
+    """Lowest modes of one class of symmetry."""
+
+    def __init__(
+        self,
+        plate: Plate,
+        parity: Parity,
+        stiffness: Mapping[Parity, PETSc.Mat],
+        mass: PETSc.Mat,
+        force: LinearForce,
+    ) -> None:
+        self.parity = parity
+        self.free = free_deflections(plate, parity)
+        self._stiffness, self._mass = stiffness, mass
+        self._linear_force = force
+        self.plate = plate
+        self.eigenvalues = np.empty(0)
+        self.vectors = np.empty((0, 0))
+
+    @property
+    def exhausted(self) -> bool:
+        """True when every mode that the mesh gives has been computed."""
+        return len(self.eigenvalues) == self.free.size
+
+    def compute(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """The ``count`` lowest eigenvalues, or all there are, and their vectors. Collective."""
+        k = self.free.restrict(self._stiffness[self.parity])
+        m = self.free.restrict(self._mass)
+        compat.free_memory(self.free.comm)  # of the class's stiffness on all degrees of freedom
+        asked = min(count, self.free.size)
+        if self.plate.solvers.iterates(self.free):
+            found = self._iterated(k, m, asked)
+        else:
+            found = lowest(k, m, asked, self._force)
+        k.destroy()
+        m.destroy()
+        compat.free_memory(self.free.comm)
+        return found
+
+    def _iterated(self, k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """The lowest modes, by iterations from those of the same mesh in degree 2. Collective."""
+        _, coarse = multigrid.coarse_space(self.free)
+        pair = k.ptap(coarse), m.ptap(coarse)
+        start = algebra.multiply(coarse, lowest(*pair, count + EXTRA)[1])
+        for matrix in (*pair, coarse):
+            matrix.destroy()
+        try:
+            solver = self.plate.solvers.make(self.free, k, "nanorom_modes_", "film's stiffness")
+            product: Columns = functools.partial(algebra.multiply, k)  # at first: it costs less
+            guards, patience = EXTRA, PATIENCE[0]
+            for _ in range(MOST_ROUNDS):  # each with new forces: those of rougher shapes are rough
+                values, start, change = polished(
+                    product, m, solver.solve_once, start, MOST_STEPS, guards, SETTLED, patience
+                )
+                if change <= SETTLED and product == self._force:
+                    break
+                product, guards, patience = self._force, 0, PATIENCE[1]
+        except algebra.IndefiniteError as error:
+            raise UnstableError(
+                f"the film's state is not stable: {error}; the compression exceeds the buckling "
+                "load, so raise the tension"
+            ) from error
+        solver.reset()
+        self.plate.solvers.note(0, change)
+        if not change < EIGEN_ACCEPTED:
+            raise SolverError(
+                f"modes still changed by {change:.1e} of themselves after {MOST_ROUNDS} rounds of "
+                'multigrid; refine the mesh, or set reduction.solver = "factors"'
+            )
+        return values, start
+
+    def _force(self, vectors: np.ndarray) -> np.ndarray:
+        """What the stiffness does to vectors (owned free rows, m). Collective."""
+        return self._linear_force(self.parity, self.free.extended(vectors))[self.free.local]
+
+    def deflection(self, i: int) -> np.ndarray:
+        """Deflection (local dofs,) of a mode. Collective."""
+        function = fem.Function(self.plate.deflections)
+        function.x.array[self.free.local] = self.vectors[:, i]
+        function.x.scatter_forward()
+        return function.x.array
+
+
+def _merged(
+    solvers: Mapping[Parity, ClassSolver], count: int
+) -> tuple[np.ndarray, np.ndarray, list[Parity]]:
+    """The lowest modes of all classes together, up to the end of the last cluster."""
+    found = sorted(
+        (value, parity, i)
+        for parity, solver in solvers.items()
+        for i, value in enumerate(solver.eigenvalues)
+    )
+    values = np.array([value for value, _, _ in found])
+    last = [group for group in clusters(values, NEAR) if group[0] < count][-1][-1] + 1
+    shapes = np.column_stack([solvers[p].deflection(n) for _, p, n in found[:last]])
+    parities = [parity for _, parity, _ in found[:last]]
+    return values[:last], shapes, parities
+
+
+def lowest(
+    k: PETSc.Mat, m: PETSc.Mat, count: int, force: Columns | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """The ``count`` lowest eigenvalues and the owned rows of their vectors. Collective.
+
+    ``force``: what k does, to more digits than its entries have.
+    """
+    solver = SLEPc.EPS().create(k.comm)
+    solver.setOptionsPrefix("nanorom_modes_")
+    solver.setOperators(k, m)
+    solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+    # vectors enough that most problems converge without a restart
+    solver.setDimensions(count, min(2 * count + 14, k.getSize()[0]))
+    solver.setTarget(0.0)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    solver.setTolerances(EIGEN_TOLERANCE)
+    transform = solver.getST()
+    transform.setType("sinvert")
+    transform.setShift(0.0)
+    algebra.use_cholesky(transform.getKSP())
+    # the same start on any number of ranks and in every run
+    start = m.createVecRight()
+    start.set(1.0)
+    solver.setInitialSpace([start])
+    solver.setPurify(False)  # done below, for all vectors at once
+    solver.setFromOptions()
+    try:
+        solver.setUp()
+        negative = algebra.negative_pivots(transform.getKSP())
+        if negative:
+            raise UnstableError(
+                f"the film's state is not stable: its stiffness has {negative} negative "
+                "eigenvalues; the compression exceeds the buckling load, so raise the tension"
+            )
+        solver.solve()
+    except PETSc.Error as error:
+        raise SolverError(f"the eigensolver failed: {error}") from error
+    if solver.getConverged() < count:
+        raise SolverError(
+            f"only {solver.getConverged()} of {count} modes converged in "
+            f"{solver.getIterationNumber()} iterations; refine the mesh or ask for fewer modes"
+        )
+    vector = m.createVecRight()
+    values, vectors = np.empty(count), np.empty((vector.getLocalSize(), count))
+    for i in range(count):
+        values[i] = solver.getEigenpair(i, vector).real
+        vectors[:, i] = vector.array
+    # one step of inverse iteration for all: it clears what a singular mass leaves in the vectors
+    factors = algebra.Factors(k, transform.getKSP())
+    vectors = values * factors.solve_once(algebra.multiply(m, vectors))
+    # in the norm in which the problem is well scaled: |lambda K^-1 M x - x| / |x|; a trace of
+    # the first mode, soft near buckling, counts lambda / lambda_1 times in it
+    images = factors.solve_once(algebra.multiply(m, vectors))
+    squares = [np.sum(a**2, axis=0) for a in (values * images - vectors, vectors)]
+    residual, size = np.sqrt(k.comm.tompi4py().allreduce(np.array(squares)))
+    residual *= np.minimum(values.min() / values, 1.0) / size
+    worst = int(np.argmax(residual))
+    if not residual[worst] < EIGEN_ACCEPTED:
+        raise SolverError(
+            f"mode {worst + 1} has a relative residual of {residual[worst]:.1e}, more than "
+            f"{EIGEN_ACCEPTED:.0e}; refine the mesh or check the tension"
+        )
+    order = np.argsort(values)
+    values, vectors = values[order], vectors[:, order]
+    if force is not None:
+        values, vectors, _ = polished(force, m, factors.solve_once, vectors)
+    solver.reset()  # large: not left to what frees objects at its own time
+    return values, vectors

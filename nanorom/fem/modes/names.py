@@ -1,0 +1,233 @@
+"""Names of modes: f_{p,m} on discs, (m,n) on rectangles.
+
+p counts nodal diameters, m nodal circles (the edge included), with c or s for cos(p theta) or
+sin(p theta); on rectangles (m,n) counts half-waves along x and y.  Names say what a shape is
+closest to: with unequal tensions a drum's shapes are no pure harmonics.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import attrs
+import numpy as np
+from scipy.special import jn_zeros, jv
+
+from nanorom.fem.fields import quadrature
+from nanorom.fem.fields.places import bounding_box, extent
+from nanorom.fem.modes.eigen import (
+    DEGENERATE,
+    NEAR,
+    Modes,
+    clusters,
+)
+from nanorom.fem.modes.normal import orient
+from nanorom.fem.symmetry import Parity, is_square, is_symmetric
+from nanorom.scene.geometry import Disc, Rectangle
+from nanorom.scene.scene import Scene
+
+MIXED = 0.9  # a second component at least so large makes a name of two
+PURE = 0.99  # of a shape's square in one harmonic: less is a mixture
+RADIAL_GRID = 501  # points of a tabulated Bessel function: enough to tell modes apart
+
+
+def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
+    """Orient degenerate modes and name all of them by the scene's shape. Collective."""
+    if isinstance(scene.geometry, Disc):
+        return name_drum(modes, is_symmetric(scene), scene.tension.x == scene.tension.y)
+    if isinstance(scene.geometry, Rectangle):
+        free = {side: kind == "free" for side, kind in scene.supports.items()}
+        equal = DEGENERATE
+        if not is_square(scene) and scene.accuracy.tolerance is not None:
+            equal = min(equal, scene.accuracy.tolerance)
+        return name_rectangle(
+            modes, free["left"] and free["right"], free["bottom"] and free["top"], equal
+        )
+    return name_by_number(modes)
+
+
+def name_drum(modes: Modes, symmetric: bool, isotropic: bool) -> tuple[Modes, list[str]]:
+    """Orient the pairs of a drum and name its modes ``f01``, ``f11c``, ``f11s``... Collective.
+
+    ``symmetric``: both axes are mirrors of the drum and its load, so that what splits a pair lies
+    along them; ``isotropic``: the tension is, so that nothing splits a pair of a symmetric drum.
+    """
+    candidates = _drum_modes(modes.shapes.shape[1])
+    content = _drum_content(modes, candidates)
+    nearest = np.abs(content).argmax(axis=1)
+    # a load off the axes leaves those of a pair open only where frequencies are equal; else a mesh
+    # without mirrors mixes what differs by less than its error.  Modes further apart are no pair,
+    # whatever their shapes are closest to
+    splits = np.zeros(len(nearest), dtype=int)
+    for i, cluster in enumerate(clusters(modes.eigenvalues, NEAR if symmetric else DEGENERATE)):
+        splits[cluster] = i
+    like = [(*candidates[i], splits[n], modes.parities[n]) for n, i in enumerate(nearest)]
+    groups = [
+        np.array([n for n, other in enumerate(like) if other == one])
+        for one in sorted(set(like))
+        if one[0] > 0
+    ]
+    if any(len(group) > 1 for group in groups):
+        modes = orient(modes, groups)
+        content = _drum_content(modes, candidates)
+    nearest = np.abs(content).argmax(axis=1)
+    best = content[np.arange(len(nearest)), nearest]
+    lean = np.abs(best.imag) - np.abs(best.real)  # to the sine
+    keys: list[tuple] = []
+    for n, i in enumerate(nearest):
+        p, m = candidates[i]
+        pair = np.flatnonzero(nearest == i)
+        middle = 0.0 if symmetric or len(pair) != 2 else lean[pair].mean()
+        keys.append((p, m, "" if p == 0 else "s" if lean[n] > middle else "c"))
+    if isotropic and symmetric:
+        modes = attrs.evolve(modes, diameters=_diameters(content, candidates))
+    if isotropic or not symmetric:
+        like = [(*key[:2], split) for key, split in zip(keys, splits)]
+        pairs = [
+            np.array([n for n, other in enumerate(like) if other == one])
+            for one in like
+            if one[0] > 0
+        ]
+        modes, keys = _sorted(modes, pairs, keys)
+    separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
+    return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
+
+
+def _diameters(content: np.ndarray, candidates: list[tuple[int, int]]) -> np.ndarray | None:
+    """Nodal diameters (n,) of modes that are one harmonic each; None if one seems to be mixed."""
+    orders = np.array([p for p, _ in candidates])
+    shares = np.column_stack(
+        [np.sum(np.abs(content[:, orders == p]) ** 2, axis=1) for p in range(orders.max() + 1)]
+    )
+    pure = shares.max(axis=1) > PURE * shares.sum(axis=1)
+    return shares.argmax(axis=1) if pure.all() else None
+
+
+@lru_cache(maxsize=8)
+def _drum_modes(count: int) -> list[tuple[int, int]]:
+    """Nodal diameters and circles (p, m) of an ideal membrane's lowest modes, some to spare."""
+    highest = 2 * int(np.sqrt(count)) + 4
+    zeros = [(z, p, m + 1) for p in range(highest) for m, z in enumerate(jn_zeros(p, highest))]
+    enough = 2 * count + 10
+    return [(p, m) for _, p, m in sorted(zeros)[:enough]]
+
+
+@lru_cache(maxsize=8)
+def _radial_parts(candidates: tuple[tuple[int, int], ...]) -> np.ndarray:
+    """Normalised radial parts J_p(j_pm r) (K, points) on a grid from the centre to the edge."""
+    grid = np.linspace(0, 1, RADIAL_GRID)
+    radial = np.empty((len(candidates), RADIAL_GRID))
+    for i, (p, m) in enumerate(candidates):
+        zero = jn_zeros(p, m)[-1]
+        radial[i] = jv(p, zero * grid) / abs(jv(p + 1, zero)) / (1 if p == 0 else np.sqrt(0.5))
+    return radial
+
+
+def _drum_content(modes: Modes, candidates: list[tuple[int, int]]) -> np.ndarray:
+    """Products (n, K) of the shapes with J_p(j_pm r) exp(i p theta), normalised membrane modes."""
+    plate = modes.plate
+    centre, radius = extent(plate)
+    radial = _radial_parts(tuple(candidates))
+    orders = np.array([p for p, _ in candidates])
+    total = np.zeros((modes.shapes.shape[1], len(candidates)), dtype=complex)
+    for field in quadrature.fields(plate, columns=4 * len(candidates)):
+        z = (((field.points - centre) / radius) @ np.array([1, 1j])).ravel()
+        nearest = np.rint(np.minimum(np.abs(z), 1.0) * (RADIAL_GRID - 1)).astype(int)
+        turns = (z / np.maximum(np.abs(z), 1e-300)) ** np.arange(orders.max() + 1)[:, None]
+        weighted = (field.weights[..., None] * field.value(modes.shapes)).reshape(len(z), -1)
+        harmonics = np.take(radial, nearest, axis=1) * turns[orders]
+        total += (harmonics @ weighted).T
+    total = plate.domain.comm.allreduce(total)
+    for i, parity in enumerate(modes.parities):
+        total[i] = _allowed(total[i], orders, modes, parity)
+    return total
+
+
+def _allowed(content: np.ndarray, orders: np.ndarray, modes: Modes, parity: Parity) -> np.ndarray:
+    """Content (K,) without the harmonics that vanish over the whole film by parity.
+
+    cos(p theta) is even in y, sin(p theta) odd; in x, p decides.
+    """
+    mirrors = modes.plate.mirrors
+    in_x, in_y = (mirrors.parity_in(axis, parity) for axis in "xy")
+    cosine, sine = content.real, content.imag
+    if in_y is not None:
+        cosine, sine = (cosine, 0 * sine) if in_y == 0 else (0 * cosine, sine)
+    if in_x is not None:
+        cosine = np.where(orders % 2 == in_x, cosine, 0.0)
+        sine = np.where(orders % 2 != in_x, sine, 0.0)
+    return cosine + 1j * sine
+
+
+def name_rectangle(
+    modes: Modes, free_x: bool = False, free_y: bool = False, equal: float = DEGENERATE
+) -> tuple[Modes, list[str]]:
+    """Orient equal frequencies and name the modes ``(m,n)`` by half-waves along x and y.
+
+    ``free_x``, ``free_y``: the ends along x, y are free.  Between supported ends half-waves are
+    sines; between free ones cosines, counted from 0.  ``equal``: relative difference of squared
+    frequencies that are told as one.  Collective.
+    """
+    near = clusters(modes.eigenvalues)  # rounding mixes what differs by less
+    modes = orient(modes, [part for group in near for part in _by_parity(modes, group)])
+    groups = clusters(modes.eigenvalues, equal)
+    keys: list[tuple] = []
+    for spectrum in _wave_content(modes, free_x, free_y):
+        first, second = np.argsort(np.abs(spectrum).ravel())[::-1][:2]
+        m, n = np.unravel_index(first, spectrum.shape)
+        label = f"({m},{n})"
+        if np.abs(spectrum.flat[second]) > MIXED * np.abs(spectrum.flat[first]):
+            same = spectrum.flat[first] * spectrum.flat[second] > 0
+            (m, n), other = sorted([(m, n), np.unravel_index(second, spectrum.shape)])
+            label = f"({m},{n}){'+' if same else '-'}({other[0]},{other[1]})"
+        keys.append((m, n, label))
+    modes, keys = _sorted(modes, groups, keys)
+    return modes, [label for _, _, label in keys]
+
+
+def _wave_content(modes: Modes, free_x: bool, free_y: bool) -> np.ndarray:
+    """Coefficients (n, M, M) of the shapes in products of sines (or cosines, where free)."""
+    plate = modes.plate
+    low, high = bounding_box(plate)
+    count = modes.shapes.shape[1] + 2
+    total = np.zeros((modes.shapes.shape[1], count, count))
+    for field in quadrature.fields(plate, columns=4 * count):
+        value = field.weights[..., None] * field.value(modes.shapes)
+        waves = []
+        for axis, free in ((0, free_x), (1, free_y)):
+            s = (field.points[..., axis] - low[axis]) / (high[axis] - low[axis])
+            phase = np.pi * s[..., None] * np.arange(count)
+            waves.append(np.cos(phase) if free else np.sin(phase))
+        total += np.einsum("cqi,cqm,cqn->imn", value, *waves, optimize=True)
+    total = plate.domain.comm.allreduce(total)
+    numbers = np.arange(count)
+    for place, (name, free) in enumerate((("x", free_x), ("y", free_y))):
+        for i, parity in enumerate(modes.parities):
+            odd = plate.mirrors.parity_in(name, parity)
+            if odd is not None:  # sin(m pi s) is even about the middle for odd m, cos for even
+                vanishing = numbers[numbers % 2 != (odd if free else 1 - odd)]
+                np.moveaxis(total[i], place, 0)[vanishing] = 0.0
+    return total
+
+
+def _by_parity(modes: Modes, group: np.ndarray) -> list[np.ndarray]:
+    """Split a group of modes into those of one parity each."""
+    parities = sorted({modes.parities[i] for i in group})
+    return [np.array([i for i in group if modes.parities[i] == p]) for p in parities]
+
+
+def _sorted(modes: Modes, groups: list[np.ndarray], keys: list[tuple]) -> tuple[Modes, list[tuple]]:
+    """Sort the modes of each group by their keys; equal frequencies are told as equal."""
+    order, eigenvalues = np.arange(len(keys)), modes.eigenvalues.copy()
+    for group in groups:
+        order[group] = sorted(group, key=lambda i: keys[i])
+        eigenvalues[group] = modes.eigenvalues[group].mean()
+    shift = 0.5 * np.abs(modes.eigenvalues / eigenvalues - 1)[order]
+    modes = attrs.evolve(modes.take(order), eigenvalues=eigenvalues, shift=shift)
+    return modes, [keys[i] for i in order]
+
+
+def name_by_number(modes: Modes) -> tuple[Modes, list[str]]:
+    """Orient equal frequencies and name modes of any other shape by their number. Collective."""
+    modes = orient(modes, clusters(modes.eigenvalues))
+    return modes, [f"mode {i + 1}" for i in range(len(modes.eigenvalues))]

@@ -1,0 +1,1 @@
+"""What leaves the finite elements: model, force patterns, triangulations."""

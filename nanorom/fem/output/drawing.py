@@ -1,0 +1,69 @@
+"""A fine triangulation of the film with the mode shapes on it, to draw and to animate."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from nanorom.fem.fields import quadrature
+from nanorom.fem.fields.places import lattice
+from nanorom.fem.modes.eigen import Modes
+
+FEWEST_POINTS = 5_000  # high-order cells are large: linear triangles between them must not be
+MOST_POINTS = 20_000  # beyond it the cells are drawn with fewer points each
+MERGE = 1e-9  # of the film's size: nearer points are one
+
+
+def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (P, 3), triangles (C, 3) and shapes (L, P), the same on every rank. Collective."""
+    plate, comm = modes.plate, modes.plate.domain.comm
+    n_cells = plate.domain.mesh.topology.index_map(2).size_global
+    cells = n_cells * plate.mirrors.copies
+    fineness = max(plate.degree, int(np.ceil(np.sqrt(2 * FEWEST_POINTS / cells))))
+    while fineness > 1 and cells * fineness**2 / 2 > MOST_POINTS:
+        fineness -= 1
+    reference = lattice(fineness)
+    dimension = plate.domain.mesh.geometry.dim
+    points, values = [np.empty((0, dimension))], [np.empty((0, modes.shapes.shape[1]))]
+    for own, value in quadrature.values_at(plate, reference, modes.shapes):
+        places = quadrature.map_cells(plate, own, reference)[0]
+        points.append(places.reshape(-1, dimension))
+        values.append(value.reshape(-1, modes.shapes.shape[1]))
+    points_all = np.concatenate(comm.allgather(np.concatenate(points)))
+    values_all = np.concatenate(comm.allgather(np.concatenate(values)))
+    points_all, copied = plate.mirrors.unfold(points_all, values_all.T, modes.parities)
+    values_all = copied.T
+    low, size = points_all.min(axis=0), np.ptp(points_all, axis=0).max()
+    grid = np.rint((points_all - low) / (MERGE * size)).astype(np.int64)
+    first, number = _distinct(grid)
+    small = _lattice_triangles(fineness)
+    start = np.arange(cells)[:, None, None] * len(reference)
+    triangles = np.sort(number[(start + small).reshape(-1, 3)], axis=1)
+    triangles = triangles[_distinct(triangles)[0]]  # the same whatever the partition
+    in_space = np.zeros((len(first), 3))
+    in_space[:, :dimension] = points_all[first]
+    return in_space, triangles.astype(np.int32), np.ascontiguousarray(values_all[first].T)
+
+
+def _distinct(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First place of each distinct row of integers (n, d), in order, and each row's number."""
+    order = np.lexsort(rows.T[::-1])
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
+    number = np.empty(len(rows), dtype=np.int64)
+    number[order] = np.cumsum(new) - 1
+    return order[new], number
+
+
+@lru_cache(maxsize=4)
+def _lattice_triangles(n: int) -> np.ndarray:
+    """Triangles (n^2, 3) between the points of `lattice`."""
+    row = np.cumsum([0, *range(n + 1, 0, -1)])  # first point of row i
+    triangles = []
+    for i in range(n):
+        for j in range(n - i):
+            triangles.append((row[i] + j, row[i + 1] + j, row[i] + j + 1))
+            if j < n - i - 1:
+                triangles.append((row[i + 1] + j, row[i + 1] + j + 1, row[i] + j + 1))
+    return np.array(triangles)

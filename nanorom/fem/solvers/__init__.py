@@ -1,0 +1,1 @@
+"""Linear algebra, forms and ranks; `compat` alone knows DOLFINx versions."""

@@ -1,0 +1,218 @@
+"""Sparse algebra on the free degrees of freedom: restriction, one factorisation, many solves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from dolfinx.fem import petsc as _assembly
+from petsc4py import PETSc
+
+from nanorom.errors import SolverError
+from nanorom.fem.solvers import compat
+
+SOLVED = 1e-12  # relative error at which iterations end unless less is asked for
+REFINED = 1e-13  # relative residual above which a direct solution is refined
+ROUNDED = 2 * np.finfo(float).eps  # of matrix times solution: rounding it leaves as much
+MOST_REFINEMENTS = 2
+RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
+# null pivots are found; no ScaLAPACK root, which hides inertia; room, in percent of what the
+# analysis expects, for pivots that several ranks have to delay
+MUMPS = {"mat_mumps_icntl_24": 1, "mat_mumps_icntl_13": 1, "mat_mumps_icntl_14": 100}
+
+
+class IndefiniteError(SolverError):
+    """A matrix that should be positive definite is not."""
+
+
+def assemble(form: Any) -> PETSc.Mat:
+    """Assembled matrix of a compiled bilinear form, no boundary conditions. Collective."""
+    matrix = _assembly.assemble_matrix(form)
+    matrix.assemble()
+    return matrix
+
+
+class FreeDofs:
+    """The degrees of freedom of a space that no support holds.
+
+    fixed : local numbers (unrolled, ghosts included) of the supported degrees of freedom.
+    """
+
+    def __init__(self, space: Any, fixed: np.ndarray) -> None:
+        index_map, block = space.dofmap.index_map, space.dofmap.index_map_bs
+        self.n_owned = index_map.size_local * block
+        self.n_local = self.n_owned + index_map.num_ghosts * block
+        self.space = space
+        self.comm = space.mesh.comm
+        start = index_map.local_range[0] * block
+        free = np.ones(self.n_owned, dtype=bool)
+        free[fixed[fixed < self.n_owned]] = False
+        self.local = np.flatnonzero(free)
+        self.set = PETSc.IS().createGeneral(
+            (start + self.local).astype(PETSc.IntType), comm=self.comm
+        )
+        self.size = self.set.getSize()
+
+    def extended(self, values: np.ndarray) -> np.ndarray:
+        """Local values (local dofs, m), ghosts too, of owned free ones (rows, m). Collective."""
+        found = np.zeros((self.n_local, values.shape[1]))
+        if self.comm.size == 1:
+            found[self.local] = values
+            return found
+        function = fem.Function(self.space)
+        for i in range(values.shape[1]):
+            function.x.array[:] = 0.0
+            function.x.array[self.local] = values[:, i]
+            function.x.scatter_forward()
+            found[:, i] = function.x.array
+        return found
+
+    def summed(self, values: np.ndarray) -> np.ndarray:
+        """Owned free rows (rows, m) of local values (local dofs, m), ghosts' added. Collective."""
+        if self.comm.size == 1:
+            return values[self.local]
+        function = fem.Function(self.space)
+        found = np.empty((len(self.local), values.shape[1]))
+        for i in range(values.shape[1]):
+            function.x.array[:] = values[:, i]
+            compat.scatter_reverse_add(function)
+            found[:, i] = function.x.array[self.local]
+        return found
+
+    def restrict(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """Rows and columns of the free degrees of freedom."""
+        return matrix.createSubMatrix(self.set, self.set)
+
+
+def use_cholesky(solver: PETSc.KSP) -> None:
+    """Make a Krylov solver a direct one: Cholesky factors of MUMPS that know their inertia."""
+    options = PETSc.Options(solver.getOptionsPrefix())
+    for control, value in MUMPS.items():
+        if not options.hasName(control):
+            options[control] = value
+    solver.setType("preonly")
+    factor = solver.getPC()
+    factor.setType("cholesky")
+    factor.setFactorSolverType("mumps")
+    solver.setFromOptions()
+
+
+def negative_pivots(solver: PETSc.KSP) -> int:
+    """Number of negative eigenvalues of a factorised symmetric matrix (Sylvester's inertia)."""
+    return int(solver.getPC().getFactorMatrix().getInertia()[0])
+
+
+class Factors:
+    """A matrix and the direct solver that has its factors."""
+
+    def __init__(self, matrix: PETSc.Mat, solver: PETSc.KSP) -> None:
+        self.matrix = matrix
+        self.solver = solver
+
+    def reset(self) -> None:
+        """Free the factors, which are large, now. Collective."""
+        self.solver.reset()
+
+    def solve_once(self, right_hand_sides: np.ndarray) -> np.ndarray:
+        """Solutions (owned rows, m) for right-hand sides (owned rows, m), to the factors' digits.
+
+        Collective.
+        """
+        b = dense(self.matrix, right_hand_sides)
+        x = dense(self.matrix, np.zeros_like(right_hand_sides))
+        self.solver.getPC().getFactorMatrix().matSolve(b, x)
+        solution = np.array(x.getDenseArray())
+        b.destroy()
+        x.destroy()
+        return solution
+
+
+class Factorization(Factors):
+    """Cholesky factors of a symmetric positive definite matrix, for many right-hand sides.
+
+    Raises IndefiniteError, which calls the matrix by its ``meaning``, if it is not positive
+    definite.
+    """
+
+    columns = 64  # solved at once
+
+    def __init__(self, matrix: PETSc.Mat, prefix: str, meaning: str) -> None:
+        super().__init__(matrix, PETSc.KSP().create(matrix.comm))
+        self.meaning = meaning
+        self._scale = matrix.getDiagonal().max()[1]
+        self.solver.setOptionsPrefix(prefix)
+        self.solver.setOperators(matrix)
+        use_cholesky(self.solver)
+        try:
+            self.solver.setUp()
+        except PETSc.Error as error:
+            raise SolverError(f"the {meaning} cannot be factorised: {error}") from error
+        negative = negative_pivots(self.solver)
+        if negative:
+            raise IndefiniteError(
+                f"the {meaning} is not positive definite: {negative} negative pivots"
+            )
+
+    def solve(self, right_hand_sides: np.ndarray, error: float = SOLVED) -> np.ndarray:
+        """Solutions (owned rows, m) for right-hand sides (owned rows, m), all at once. Collective.
+
+        Factors are as good as they are, whatever ``error`` would do.  Raises SolverError if a
+        relative residual exceeds `RESIDUAL_TOLERANCE`.
+        """
+        solution = self.solve_once(right_hand_sides)
+        for _ in range(MOST_REFINEMENTS):
+            residual = right_hand_sides - multiply(self.matrix, solution)
+            scaled = self._scale * solution
+            squares = [np.sum(a**2) for a in (residual, right_hand_sides, scaled)]
+            size = np.sqrt(self.matrix.comm.tompi4py().allreduce(np.array(squares)))
+            if not size[0] > max(REFINED * size[1], ROUNDED * size[2]):
+                return solution
+            solution = solution + self.solve_once(residual)
+        if not size[0] <= RESIDUAL_TOLERANCE * (size[1] + size[2]):
+            raise SolverError(
+                f"the {self.meaning} was solved to a relative residual of "
+                f"{size[0] / (size[1] + size[2]):.1e} only; check the mesh for degenerate cells"
+            )
+        return solution
+
+
+def multiply(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
+    """Product (owned rows, m) of a matrix with many columns (owned rows, m). Collective."""
+    x = dense(matrix, columns)
+    y = matrix.matMult(x)
+    product = np.array(y.getDenseArray())
+    x.destroy()
+    y.destroy()
+    return product
+
+
+def transposed(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
+    """Product (owned columns, m) of a matrix' transpose with columns. Collective."""
+    x, y = matrix.createVecLeft(), matrix.createVecRight()
+    product = np.empty((y.getLocalSize(), columns.shape[1]))
+    for i, column in enumerate(columns.T):
+        x.array[:] = column
+        matrix.multTranspose(x, y)
+        product[:, i] = y.array
+    x.destroy()
+    y.destroy()
+    return product
+
+
+def dense(matrix: PETSc.Mat, columns: np.ndarray) -> PETSc.Mat:
+    """Columns (owned rows, m) as a dense matrix that a sparse one can multiply. Collective."""
+    sizes = ((len(columns), matrix.getSize()[1]), (PETSc.DECIDE, columns.shape[1]))
+    values = np.array(columns.T, dtype=PETSc.ScalarType).ravel()  # column after column
+    block = PETSc.Mat().createDense(sizes, array=values, comm=matrix.comm)
+    block.assemble()
+    return block
+
+
+def assemble_vector(form: Any) -> np.ndarray:
+    """Owned entries of an assembled linear form, summed over the ranks. Collective."""
+    vector = _assembly.assemble_vector(form)
+    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+    values = vector.array.copy()
+    vector.destroy()
+    return values

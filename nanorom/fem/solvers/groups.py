@@ -1,0 +1,102 @@
+"""Two levels of parallel work: ranks of a group share a mesh, groups share what is independent.
+
+Classes of symmetry and static load cases do not wait for each other.  Every group has the whole
+mesh, in the same parts: the ranks with the same number in all groups hold the same degrees of
+freedom, and across them one group's results become everybody's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+import attrs
+import numpy as np
+from mpi4py import MPI
+
+from nanorom.errors import NanoromError, SolverError
+
+Item = TypeVar("Item", bound=Hashable)
+Result = TypeVar("Result")
+
+
+@attrs.frozen
+class Team:
+    """Ranks within a group, which share a mesh, and across: those of one number in all groups."""
+
+    within: MPI.Comm
+    across: MPI.Comm
+
+
+def split(comm: MPI.Comm, groups: int) -> Team:
+    """Deal ranks out to groups. Collective; raises NanoromError if that does not come out even."""
+    if groups < 1 or comm.size % groups:
+        raise NanoromError(
+            f"--groups: found {groups} with {comm.size} ranks; allowed: a number that divides that "
+            "of the ranks (mpirun -n)"
+        )
+    if groups == 1:
+        return Team(comm, MPI.COMM_SELF)
+    size = comm.size // groups
+    return Team(comm.Split(comm.rank // size), comm.Split(comm.rank % size))
+
+
+def memory(comm: MPI.Comm) -> float:
+    """Bytes that new processes may take on the fullest of the ranks' machines; 0 if unknown.
+
+    Collective.
+    """
+    try:
+        words = Path("/proc/meminfo").read_text().split()
+        free = 1024.0 * int(words[words.index("MemAvailable:") + 1])
+    except (OSError, ValueError):  # not Linux
+        free = 0.0
+    return float(comm.allreduce(free, op=MPI.MIN))
+
+
+def shared(
+    across: MPI.Comm,
+    items: Sequence[Item],
+    work: Callable[[Sequence[Item]], dict[Item, Result]],
+    cost: Callable[[Item], float] = lambda _: 1.0,
+) -> dict[Item, Result]:
+    """Results of all items, each of which one group works on. Collective.
+
+    ``work`` gives the results of some of the items; what it raises in one group is raised in all.
+    ``cost`` tells how long an item takes beside the others.
+    """
+    if across.size == 1:
+        return work(items)
+    own = dealt(items, across.size, cost)[across.rank]
+    found: dict[Item, Result] = {}
+    error = None
+    try:
+        found = work(own) if own else {}
+    except NanoromError as raised:
+        error = raised
+    everything: dict[Item, Result] = {}
+    for part, raised_there in across.allgather((found, error)):
+        if raised_there is not None:
+            raise raised_there
+        everything |= part
+    return {item: everything[item] for item in items}
+
+
+def dealt(items: Sequence[Item], shares: int, cost: Callable[[Item], float]) -> list[list[Item]]:
+    """Items in shares of about equal cost: the dearest first, each to who has least so far."""
+    found: list[list[Item]] = [[] for _ in range(shares)]
+    total = [0.0] * shares
+    for item in sorted(items, key=cost, reverse=True):
+        least = total.index(min(total))
+        found[least].append(item)
+        total[least] += cost(item)
+    return found
+
+
+def check_alike(across: MPI.Comm, array: np.ndarray) -> None:
+    """Raise SolverError unless an array is the same in all groups. Collective."""
+    if len(set(across.allgather(array.tobytes()))) > 1:
+        raise SolverError(
+            "--groups: the mesh was cut differently in two groups; use groups of one rank each"
+        )

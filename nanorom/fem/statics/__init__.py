@@ -1,0 +1,1 @@
+"""Static states under loads, and the paths that lead there."""

@@ -1,0 +1,126 @@
+"""Static loads of a film: pressure, force on a patch, gate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+from nanorom.fem.fields.places import functional
+from nanorom.fem.models.coupled import Film
+from nanorom.fem.models.gate import Attraction
+from nanorom.fem.models.operators import ClassStiffness, LinearForce
+from nanorom.fem.solvers import compat
+from nanorom.fem.statics.problem import StaticProblem
+
+RESOLVED = 1e-8  # relative error of the area of a disc that cells fill without being cut
+
+
+@attrs.frozen(eq=False)
+class Load:
+    """A static load per unit magnitude.
+
+    form : linear form, or None; nodal : (local dofs of the film,) or None; gap : height of the
+    gate that attracts the film and that no part of it may reach; strength : of its attraction.
+    """
+
+    form: Any = None
+    nodal: np.ndarray | None = None
+    gap: float = np.inf
+    strength: float = 1.0
+
+    def __add__(self, other: Load) -> Load:
+        """Both loads together, at most one of them a gate."""
+        gate = self if self.gap < np.inf else other
+        form, nodal = _sum(self.form, other.form), _sum(self.nodal, other.nodal)
+        return Load(form, nodal, gate.gap, gate.strength)
+
+    def attraction(self, magnitude: float) -> Attraction | None:
+        """What attracts the film at a magnitude of the load; None without a gate."""
+        return Attraction(self.gap, magnitude * self.strength) if self.gap < np.inf else None
+
+
+def _sum(a: Any, b: Any) -> Any:
+    return b if a is None else a if b is None else a + b
+
+
+def pressure(film: Film, value: float = 1.0) -> Load:
+    """Uniform dead pressure towards positive w."""
+    test = ufl.TestFunction(film.space)
+    value = fem.Constant(film.plate.domain.mesh, value)
+    return Load(form=value * test[2] * film.plate.dx(2 * film.plate.degree))
+
+
+def gate(film: Film, gap: float, strength: float = 1.0) -> Load:
+    """Parallel-plate electrostatic pressure strength/2 / (gap - w)^2, strength eps0 V^2.
+
+    The gate lies at ``gap`` above the film's plane, edge effects are neglected.
+    """
+    w = ufl.variable(film.w)
+    height = w if film.plate.shape is None else w + film.plate.shape
+    attraction = Attraction(gap, strength).on(film.plate.domain.mesh)
+    form = ufl.diff(attraction.potential(height), w) * ufl.TestFunction(film.space)[2]
+    return Load(form * film.plate.dx(film.plate.stretching_degree), None, gap, strength)
+
+
+def patch(film: Film, centre: np.ndarray, radius: float, force: float = 1.0) -> Load:
+    """A force spread evenly over a disc; a point force if its radius is 0. Collective.
+
+    The disc is integrated cell by cell where no cell is cut by its rim, else on its own polar Gauss
+    points.  On a part of a mirrored film the load is that part's share of one that has the same
+    mirrors.
+    """
+    if radius > 0:
+        plate, mesh = film.plate, film.plate.domain.mesh
+        at = ufl.SpatialCoordinate(mesh) - fem.Constant(mesh, np.asarray(centre, dtype=float))
+        square, value = fem.Constant(mesh, float(radius) ** 2), fem.Constant(mesh, 1.0)
+        inside = ufl.conditional(ufl.lt(ufl.inner(at, at), square), value, 0.0)
+        dx = plate.dx(2 * plate.degree)
+        area = plate.domain.comm.allreduce(fem.assemble_scalar(compat.form(inside * dx)))
+        whole = np.pi * radius**2
+        if abs(plate.mirrors.copies * area / whole - 1) < RESOLVED:
+            value.value = force / whole
+            return Load(form=inside * ufl.TestFunction(film.space)[2] * dx)
+    points, weights = np.zeros((1, 2)), np.ones(1)
+    if radius > 0:
+        n = 4 * film.plate.degree
+        s, radial = np.polynomial.legendre.leggauss(n)
+        r, radial = radius * (s + 1) / 2, radial * (s + 1) / 2
+        angle = 2 * np.pi * np.arange(2 * n) / (2 * n)
+        points = np.stack([np.outer(r, np.cos(angle)), np.outer(r, np.sin(angle))], axis=2)
+        points = points.reshape(-1, 2)
+        weights = np.repeat(radial / radial.sum(), 2 * n) / (2 * n)
+    weights = force * weights / film.plate.mirrors.copies
+    nodal = functional(film.plate, np.asarray(centre) + points, weights)
+    return Load(nodal=film.deflections_to_state(nodal))
+
+
+def problem(film: Film, load: Load | None) -> StaticProblem:
+    """Static problem of the film under a load (None: relaxation of its pre-stress)."""
+    load = load or Load()
+    even = film.plate.mirrors.even
+    linear = film.embed(ClassStiffness(film.plate)[even])
+    force = LinearForce.of_energy(film.plate, film.state, film.w, film.plate.linear_energy(film.w))
+    energy = film.stretching_energy() + film.preload_energy()
+    return StaticProblem(
+        film.state,
+        energy,
+        load.form,
+        load.nodal,
+        film.fixed(even),
+        constant=linear,
+        force=lambda columns: force(even, columns),
+    )
+
+
+def admissible(film: Film, load: Load) -> bool:
+    """No node of the film is beyond the gate. Collective."""
+    height = film.deflection()
+    if film.plate.shape is not None:
+        height = height + film.plate.shape.x.array
+    highest = film.plate.domain.comm.allreduce(float(height.max(initial=-np.inf)), op=MPI.MAX)
+    return highest < load.gap

@@ -1,0 +1,146 @@
+"""The static state of a scene: its film under its load, its pre-stress relaxed at free edges."""
+
+from __future__ import annotations
+
+import functools
+import operator
+
+import attrs
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from nanorom.errors import SceneError, SolverError
+from nanorom.fem.models import initial_shape
+from nanorom.fem.models.build import pulls_at_free_edge
+from nanorom.fem.models.coupled import Film
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.solvers import compat
+from nanorom.fem.statics import loads, path
+from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
+from nanorom.scene.scene import Scene
+
+
+@attrs.frozen
+class Units:
+    """Units of the film's static problem: SI value = unit x non-dimensional value.
+
+    deflection makes stretching as stiff as the tension; pressure and force follow.
+    """
+
+    length: float
+    tension: float
+    deflection: float
+    pressure: float
+    force: float
+    attraction: float
+
+    @classmethod
+    def of(cls, scene: Scene, length: float, tension: float) -> Units:
+        """Units of a scene whose length and tension are measured in these."""
+        stretch = scene.material.youngs_modulus * scene.plate.thickness
+        deflection = length * np.sqrt(tension / stretch)
+        pressure = tension * deflection / length**2
+        force, attraction = tension * deflection, pressure * deflection**2
+        return cls(length, tension, deflection, pressure, force, attraction)
+
+
+@attrs.frozen(eq=False)
+class StaticState:
+    """The plate about its equilibrium, and the deflection (local dofs,) from its first shape."""
+
+    plate: Plate
+    deflection: np.ndarray | None = None
+    tension: float | None = None
+
+
+def prepared(scene: Scene, units: Units, plate: Plate) -> Film:
+    """The film in its initial shape under its changed stress, before loads act. Collective."""
+    if scene.plate.initial_shape is not None:
+        height = initial_shape.read(scene.plate.initial_shape, plate.domain.comm)
+        plate.shape = fem.Function(plate.deflections)
+        x = plate.deflections.tabulate_dof_coordinates()[:, :2]
+        plate.shape.x.array[:] = height(x * units.length) / units.deflection
+    if scene.load is not None and scene.load.stress is not None:
+        change = scene.load.stress * scene.plate.thickness / units.tension
+        for tension in (plate.tension_x, plate.tension_y):
+            tension.value = float(tension.value) + change
+    return Film(plate)
+
+
+def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
+    """Equilibrium of the film and the plate about it. Collective.
+
+    Raises SolverError, which says which part of the load was reached, where there is none.
+    """
+    film = prepared(scene, units, plate)
+    load = None if scene.load is None else load_on(film, scene.load, units)
+    if load is None or scene.load is None:
+        if plate.shape is None and not pulls_at_free_edge(plate):
+            return StaticState(plate, tension=mean_tension(plate))  # it is one already
+        loads.problem(film, None).solve(0.0)
+        about = film.about()
+        moved = None if plate.shape is None else film.deflection()
+        return StaticState(about, moved, mean_tension(about))
+    acting = load
+    try:
+        for _ in path.load_steps(
+            loads.problem(film, acting), [1.0], lambda _: loads.admissible(film, acting)
+        ):
+            pass
+    except SolverError as error:
+        raise SolverError(explained(scene.load, error)) from error
+    about = film.about(load.attraction(1.0))
+    return StaticState(about, film.deflection(), mean_tension(about))
+
+
+def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:
+    """A scene's load on its film, in the film's units; None if it only changes the stress."""
+    parts = []
+    if load.pressure is not None:
+        parts.append(loads.pressure(film, load.pressure / units.pressure))
+    if load.voltage is not None and load.gap is not None:
+        strength = VACUUM_PERMITTIVITY * load.voltage**2 / units.attraction
+        parts.append(loads.gate(film, load.gap / units.deflection, strength))
+    if load.force is not None:
+        centre, radius = np.array(load.position) / units.length, load.radius / units.length
+        try:
+            parts.append(loads.patch(film, centre, radius, load.force / units.force))
+        except SolverError:
+            x, y = load.position
+            raise SceneError(
+                f"load.position: found ({x:g}, {y:g}) m; allowed: a point of the film, whose disc "
+                f"of load.radius = {load.radius:g} m lies on the film too"
+            ) from None
+    return functools.reduce(operator.add, parts) if parts else None
+
+
+def explained(load: Load, error: SolverError) -> str:
+    """What the load case's failure means for the scene's load."""
+    words = str(error).split()
+    reached = float(words[words.index("load", 4) + 1]) if "stopped at load" in str(error) else 0.0
+    if load.voltage is not None and (load.pressure, load.force) != (None, None):
+        return (
+            f"load: only {100 * reached:.4g} % of it can be applied before the gate pulls the film "
+            "in; lower the load or widen the gap"
+        )
+    if load.voltage is None or reached == 0.0:
+        return f"load: only {100 * reached:.4g} % of it can be applied: {error}"
+    volts = np.sqrt(reached) * abs(load.voltage)
+    return (
+        f"load.voltage: found {abs(load.voltage):g} V, but the film is pulled in at {volts:.6g} V; "
+        "lower the voltage or widen the gap"
+    )
+
+
+def mean_tension(plate: Plate) -> float:
+    """Half the trace of the membrane force, averaged over the film. Collective."""
+    mesh = plate.domain.mesh
+    force = plate.tension_x + plate.tension_y
+    if plate.prestress is not None:
+        force = force + ufl.tr(plate.prestress)
+    dx = plate.dx(plate.stretching_degree)
+    one = fem.Constant(mesh, 1.0)
+    sums = [fem.assemble_scalar(compat.form(density * dx)) for density in (0.5 * force, one)]
+    total, area = plate.domain.comm.allreduce(np.array(sums))
+    return float(total / area)

@@ -1,0 +1,198 @@
+"""Cubic tensor by direct static condensation of the in-plane displacement.
+
+For given deflection w = sum q_j phi_j the in-plane problem of a von Karman film is linear, and
+the condensed energy is an exact quartic,
+
+    V4 = 1/8 sum G_(rj)(kl) q_r q_j q_k q_l,
+    G_(rj)(kl) = <E_rj, E_kl>,   E_jk = sym(grad phi_j (x) grad phi_k) + sym grad u_jk,
+
+with the inner product <.,.> of the membrane stiffness C and the in-plane displacement u_jk in
+equilibrium with its pair.  One factorisation and L(L + 1)/2 back-substitutions give all
+coefficients; with the in-plane displacement held fixed u_jk is zero.  Pairs of
+different parity about a mirror of the film do not interact: each class of symmetry has its own
+pairs, and its own, smaller in-plane problem.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import attrs
+import numpy as np
+
+from nanorom.fem.fields import membrane, quadrature
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.solvers import algebra, compat, groups
+from nanorom.fem.symmetry import Parity, product_parity
+from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors.inplane import InPlane
+
+SOLVED = 1e-6  # error of displacements in the norm of their energy: it enters products squared
+FEW = 100_000  # unknowns in the plane up to which pairs of all classes are held together
+FACTORS_COST = 6.0  # of factors, in pairs whose products take as long (measured on fine meshes)
+
+
+def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, InPlane]:
+    """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l. Collective.
+
+    in_plane : ``"free"`` (condensed) or ``"fixed"``.  Also gives what is known of the in-plane
+    displacements, errors relative to the largest pair product.
+    """
+    products, known = stretching_products(modes.plate, modes.shapes, modes.parities, in_plane)
+    return symmetrised(products), known
+
+
+def stretching_tensors(
+    modes: Modes, in_plane: str = "free"
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, InPlane]:
+    """Linear, quadratic and cubic stretching force of a film that is not flat. Collective.
+
+    (L, L), (L, L, L) and (L, L, L, L), fully symmetric.  The initial shape w0 is one deflection
+    more, of constant amplitude: E(w0 + w) - E(w0) is Marguerre's strain.  Also gives
+    what is known of the in-plane displacements.
+    """
+    plate, n = modes.plate, len(modes.parities)
+    shapes = np.column_stack([modes.shapes, plate.shape.x.array])
+    parities = [*modes.parities, plate.mirrors.even]
+    products, known = stretching_products(plate, shapes, parities, in_plane)
+    mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>
+    quadratic = 0.5 * (mixed + mixed.transpose(1, 0, 2) + mixed.transpose(2, 1, 0))
+    return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n]), known
+
+
+def stretching_products(
+    plate: Plate, shapes: np.ndarray, parities: list[Parity], in_plane: str
+) -> tuple[np.ndarray, InPlane]:
+    """G (L, L, L, L) of deflections (local dofs, L), and what is known of it. Collective."""
+    n_modes = len(parities)
+    pairs = pairs_by_parity(parities)
+
+    def work(own: Sequence[Parity]) -> dict[Parity, ClassProducts]:
+        found: dict[Parity, ClassProducts] = {}
+        for some in at_once(plate, own):
+            found |= _class_products(plate, shapes, {p: pairs[p] for p in some}, in_plane)
+        return found
+
+    found = groups.shared(
+        plate.domain.across, list(pairs), work, lambda parity: FACTORS_COST + len(pairs[parity])
+    )
+    products = np.zeros((n_modes,) * 4)
+    for parity, members in pairs.items():
+        _unpack(plate.mirrors.copies * found[parity].energy, members, products)
+    largest = max(part.largest for part in found.values())
+    return products, InPlane.of_parts((part.known for part in found.values()), largest)
+
+
+def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
+    """Pairs (p, 2) of modes j <= k, by the parity of their product."""
+    found: dict[Parity, list[tuple[int, int]]] = {}
+    for j, k in zip(*np.triu_indices(len(parities))):
+        found.setdefault(product_parity(parities[j], parities[k]), []).append((j, k))
+    return {parity: np.array(members) for parity, members in sorted(found.items())}
+
+
+def at_once(plate: Plate, parities: Sequence[Parity]) -> list[Sequence[Parity]]:
+    """Classes whose pairs are worked on together: one by one where all of them fill the memory."""
+    free = membrane.free_dofs(plate)
+    return [[p] for p in parities] if free.size > FEW else [parities]
+
+
+@attrs.frozen(eq=False)
+class ClassProducts:
+    """Products of the pairs of one parity.
+
+    energy: <E_jk, E_lm> (p, p); largest: of <S_jk, S_jk>; known: of the displacements.
+    """
+
+    energy: np.ndarray
+    largest: float
+    known: InPlane
+
+
+def _class_products(
+    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray], in_plane: str
+) -> dict[Parity, ClassProducts]:
+    """Products of the pairs of some parities. Collective."""
+    displacements: dict[Parity, np.ndarray] = {}
+    if in_plane == "free":
+        displacements = _displacements(plate, shapes, pairs)
+    energy, rigid = _pair_products(plate, shapes, pairs, displacements)
+    known = dict.fromkeys(pairs, InPlane())
+    known |= {parity: inplane.known(plate, moved) for parity, moved in displacements.items()}
+    return {p: ClassProducts(energy[p], rigid[p], known[p]) for p in pairs}
+
+
+def _displacements(
+    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
+) -> dict[Parity, np.ndarray]:
+    """In-plane displacements (local dofs, p) in equilibrium with each pair. Collective."""
+    loads = {parity: membrane.no_load(plate, len(p)) for parity, p in pairs.items()}
+    for field, parity, strain in _pair_strains(plate, shapes, pairs):
+        force = membrane.force(plate, strain) * field.weights[..., None]
+        membrane.add_load(plate, field, force, loads[parity])
+    stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
+    for number, parity in enumerate(loads, 1):
+        free = membrane.free_dofs(plate, parity)
+        load = loads[parity] = membrane.summed(plate, loads[parity])
+        compat.free_memory(free.comm)
+        restricted = free.restrict(stiffness)
+        if number == len(loads):
+            stiffness.destroy()
+        solver = plate.solvers.make(free, restricted, "nanorom_in_plane_", "in-plane stiffness")
+        for first in range(0, load.shape[1], solver.columns):  # each load gives way to what it does
+            some = slice(first, first + solver.columns)
+            load[:, some] = free.extended(-solver.solve(load[free.local, some], SOLVED))
+        solver.reset()
+        restricted.destroy()
+    compat.free_memory(plate.domain.comm)
+    return loads
+
+
+def _pair_products(
+    plate: Plate,
+    shapes: np.ndarray,
+    pairs: dict[Parity, np.ndarray],
+    displacements: dict[Parity, np.ndarray],
+) -> tuple[dict[Parity, np.ndarray], dict[Parity, float]]:
+    """By parity: <E_jk, E_lm> (p, p) of the pairs' strains, and the largest <S_jk, S_jk>.
+
+    E = S + sym grad u; in equilibrium the product is stationary in u, so that an error of the
+    in-plane solution enters squared.
+    """
+    energy = {parity: np.zeros((len(p), len(p))) for parity, p in pairs.items()}
+    rigid = {parity: np.zeros(len(p)) for parity, p in pairs.items()}
+    for field, parity, strain in _pair_strains(plate, shapes, pairs):
+        weights = field.weights[..., None]
+        xx, yy, xy = strain * membrane.force(plate, strain) * weights
+        rigid[parity] += np.sum(xx + yy + 2 * xy, axis=(0, 1))
+        if displacements:
+            strain = strain + membrane.strain(plate, field, displacements[parity])
+        energy[parity] += membrane.product(membrane.force(plate, strain) * weights, strain)
+    comm = plate.domain.comm
+    largest = {parity: float(comm.allreduce(r).max()) for parity, r in rigid.items()}
+    return {parity: comm.allreduce(e) for parity, e in energy.items()}, largest
+
+
+def _pair_strains(
+    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
+) -> Iterator[tuple[quadrature.CellFields, Parity, np.ndarray]]:
+    """S_jk (3, c, q, p) of the pairs of each parity, a chunk of cells at a time."""
+    most = max(len(members) for members in pairs.values())
+    for field in quadrature.fields(plate, columns=9 * most):
+        slope = np.moveaxis(field.gradient(shapes), 2, 0).copy()
+        for parity, (j, k) in ((p, members.T) for p, members in pairs.items()):
+            yield field, parity, membrane.slope_product(slope[..., j], slope[..., k])
+
+
+def _unpack(energy: np.ndarray, pairs: np.ndarray, products: np.ndarray) -> None:
+    """Write products of pairs (p, p) to G[r, j, k, l], in both orders of every pair."""
+    j, k = pairs.T
+    for r, s in ((j, k), (k, j)):
+        for t, u in ((j, k), (k, j)):
+            products[r[:, None], s[:, None], t, u] = energy
+
+
+def symmetrised(products: np.ndarray) -> np.ndarray:
+    """B = 1/2 G averaged over the three ways to pair four modes."""
+    return (products + products.transpose(0, 2, 1, 3) + products.transpose(0, 3, 2, 1)) / 6.0

@@ -1,0 +1,77 @@
+"""How well and how fast the film moves in its own plane.
+
+Both are read off the displacements that condensation finds: how far they are resolved, and how
+near they are to a resonance of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import attrs
+import numpy as np
+
+from nanorom.fem.fields import membrane, quadrature
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes import accuracy
+from nanorom.fem.solvers import compat
+
+MOST_COLUMNS = 64  # the displacements of the first pairs are the smoothest
+DEPENDENT = 1e-4  # squares of unit displacements below this are those of the mesh's asymmetry
+
+
+@attrs.frozen
+class InPlane:
+    """What is known of the displacements that deflections cause.
+
+    error: estimated, of their energy relative to the largest of a deflection; eigenvalue: squared
+    frequency of the slowest motion in them, per unit of membrane stiffness and mass per area.
+    """
+
+    error: float = 0.0
+    eigenvalue: float = np.inf
+
+    @classmethod
+    def of_parts(cls, parts: Iterable[InPlane], largest: float) -> InPlane:
+        """Of parts with absolute errors of the energy, whose largest is given."""
+        parts = list(parts)
+        error = max(part.error for part in parts) / largest
+        return cls(error, min(part.eigenvalue for part in parts))
+
+
+def known(plate: Plate, displacements: np.ndarray) -> InPlane:
+    """What displacements (local dofs, m) tell, errors not yet relative. Collective."""
+    error = float(accuracy.in_plane_errors(plate, displacements).max())
+    return InPlane(error, slowest(plate, displacements))
+
+
+def slowest(plate: Plate, displacements: np.ndarray) -> float:
+    """Lowest squared frequency of Ritz in the span of displacements (local dofs, m), stiffness 1.
+
+    It is above the lowest eigenvalue of what the deflections excite, and what they do not excite
+    does not count.  Collective.
+    """
+    columns = displacements[:, :MOST_COLUMNS]
+    m = columns.shape[1]
+    energy, square = np.zeros((2, m, m))
+    for field in quadrature.fields(plate, columns=9 * m):
+        weights = field.weights[..., None]
+        strain = membrane.strain(plate, field, columns)
+        energy += membrane.product(membrane.force(plate, strain) * weights, strain)
+        dofs = compat.cell_dofs(plate.in_plane)[field.cells]
+        for component in (0, 1):
+            value = np.matmul(field.values, columns[2 * dofs + component])
+            square += (value * weights).reshape(-1, m).T @ value.reshape(-1, m)
+    energy, square = plate.domain.comm.allreduce(np.array([energy, square]))
+    size = np.sqrt(square.diagonal())
+    moved = size > 0
+    if not moved.any():
+        return np.inf
+    energy, square = (
+        a[np.ix_(moved, moved)] / np.outer(size, size)[np.ix_(moved, moved)]
+        for a in (energy, square)
+    )
+    squares, directions = np.linalg.eigh(square)
+    basis = (directions / np.sqrt(np.maximum(squares, DEPENDENT)))[:, squares > DEPENDENT]
+    lowest = np.linalg.eigvalsh(basis.T @ energy @ basis)[0]
+    return float(lowest) / float(plate.membrane_stiffness.value)

@@ -1,0 +1,1 @@
+"""Measured data, and what can be identified from them."""

@@ -1,0 +1,1 @@
+"""Responses and load curves, and their files."""

@@ -1,0 +1,1 @@
+"""The wall: the reduced model and what follows from its arrays."""

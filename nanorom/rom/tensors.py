@@ -1,0 +1,73 @@
+"""Coefficient tensors: their symmetry, and the paper's alpha_jk and b_jkl."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations_with_replacement, permutations
+from math import factorial
+
+import numpy as np
+
+from nanorom.types import Array
+
+
+def symmetrise(tensor: Array) -> Array:
+    """Average T[r, j, k, ...] over the orders of all indices but r: the force stays the same.
+
+    The result is symmetric to the last bit, and a symmetric tensor is returned as it is.
+    """
+    if all(_is_symmetric(part) for part in tensor):
+        return tensor
+    return np.array([_symmetrise_all(part) for part in tensor])
+
+
+def _orders(part: Array) -> list[Array]:
+    return [part.transpose(order) for order in permutations(range(part.ndim))]
+
+
+def _is_symmetric(part: Array) -> bool:
+    return all(np.array_equal(part, other) for other in _orders(part))
+
+
+def _symmetrise_all(part: Array) -> Array:
+    orders = _orders(part)
+    # sums in different order differ in the last bit: let the sorted index stand for its kin
+    indices = np.sort(np.indices(part.shape), axis=0)
+    return np.asarray(np.mean(orders, axis=0)[tuple(indices)])
+
+
+def asymmetry(tensor: Array) -> float:
+    """Largest deviation from full symmetry relative to the largest entry; 0 for a potential.
+
+    The tensor is symmetric in all indices but the first, or a matrix.
+    """
+    largest = float(np.abs(tensor).max(initial=0.0))
+    deviation = float(np.abs(tensor - tensor.swapaxes(0, 1)).max(initial=0.0))
+    return deviation / largest if largest else 0.0
+
+
+def monomials(modes: int, degree: int) -> Iterator[tuple[tuple[int, ...], int]]:
+    """0-based indices j <= k <= ... of each monomial, and in how many orders they occur."""
+    for indices in combinations_with_replacement(range(modes), degree):
+        orders = factorial(degree)
+        for index in set(indices):
+            orders //= factorial(indices.count(index))
+        yield indices, orders
+
+
+def monomial_coefficients(tensor: Array) -> list[tuple[tuple[int, ...], Array]]:
+    """Indices j <= k (<= l) and coefficient of every mode (L,) for a quadratic or cubic force
+    tensor.
+
+    The coefficient of q_j q_k q_l collects all orders of the indices; monomials that vanish for all
+    modes are left out.
+    """
+    size, order = tensor.shape[0], tensor.ndim - 1
+    result = []
+    for indices in combinations_with_replacement(range(size), order):
+        total = np.zeros(size)
+        for each in set(permutations(indices)):
+            total += np.moveaxis(tensor, 0, -1)[each]
+        if np.any(total):
+            result.append((indices, total))
+    return result

@@ -1,0 +1,151 @@
+"""What a device is subjected to: damping, drive and the frequency sweep.
+
+The sections stand in a scene or, for `nanorom respond`, in a file of their own. The modal force is
+F(t, q) = (direct * J + parametric * P q) cos(omega t), with patterns J and P of the reduced model.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from nanorom.errors import SceneError
+from nanorom.scene import fields as v
+from nanorom.scene import units
+from nanorom.scene.drive import Drive
+
+DEEPEST = 5
+
+
+@attrs.frozen
+class Damping:
+    """Quality factor, one for all modes or one per mode, and the viscosity of the material.
+
+    material_time: relaxation time tau in s of a Kelvin-Voigt material, stress C:(1 + tau d/dt)E;
+    it damps bending beside the quality factor, and stretching, which is nonlinear damping.
+    """
+
+    quality_factor: tuple[float, ...] = v.quantities("damping.quality_factor", "1")
+    material_time: float = v.quantity("damping.material_time", "s", v.NOT_NEGATIVE, default=0.0)
+
+    def per_mode(self, count: int) -> tuple[float, ...]:
+        """One quality factor for each mode; raises SceneError if the list has another length."""
+        if len(self.quality_factor) == 1:
+            return self.quality_factor * count
+        if len(self.quality_factor) != count:
+            raise SceneError(
+                f"damping.quality_factor: found {len(self.quality_factor)} values; "
+                f"allowed: one, or {count} (one per mode)"
+            )
+        return self.quality_factor
+
+
+_RELATIVE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*\*?\s*f1\s*")
+
+
+@attrs.frozen
+class Frequency:
+    """A drive frequency in Hz, or in multiples of the lowest frequency of the model."""
+
+    value: float
+    relative: bool = False
+
+    def hertz(self, lowest: float) -> float:
+        """The frequency in Hz, given the lowest frequency of the model in Hz."""
+        return self.value * lowest if self.relative else self.value
+
+    def __str__(self) -> str:
+        return f"{self.value!r} f1" if self.relative else f"{self.value!r} Hz"
+
+
+def _frequency(key: str, default: Any = attrs.NOTHING) -> Any:
+    def read(value: Any) -> Frequency:
+        if isinstance(value, Frequency):
+            return value
+        match = _RELATIVE.fullmatch(value) if isinstance(value, str) else None
+        if match:
+            return Frequency(v.read_quantity(match[1], "1", key, v.POSITIVE), relative=True)
+        if isinstance(value, str) and re.search(r"f\d", value):
+            raise units.wrong(key, value, 'a multiple of the lowest frequency such as "0.8 f1"')
+        return Frequency(v.read_quantity(value, "Hz", key, v.POSITIVE))
+
+    return v.custom(key, read)
+
+
+@attrs.frozen
+class Sweep:
+    """Range of the drive frequency, and how far bifurcating branches are followed.
+
+    start, stop: ("from" and "to" in a file) Hz or multiples of the lowest frequency, "0.8 f1".
+    depth: generations of bifurcating branches to follow; tolerance: relative, of the orbits.
+    """
+
+    start: Frequency = _frequency("sweep.from")
+    stop: Frequency = _frequency("sweep.to")
+    depth: int | None = v.integer("sweep.depth", 0, DEEPEST, default=None)
+    tolerance: float | None = v.quantity("sweep.tolerance", "1", v.within(1e-14, 0.1), default=None)
+
+    def __attrs_post_init__(self) -> None:
+        if self.start.relative == self.stop.relative and self.start.value >= self.stop.value:
+            raise SceneError(
+                f"sweep.to: found {self.stop}; allowed: above sweep.from ({self.start})"
+            )
+
+    def hertz(self, lowest: float) -> tuple[float, float]:
+        """Ends of the range in Hz; raises SceneError if they are in the wrong order."""
+        start, stop = self.start.hertz(lowest), self.stop.hertz(lowest)
+        if start >= stop:
+            raise SceneError(
+                f"sweep.to: found {self.stop} = {stop:g} Hz; "
+                f"allowed: above sweep.from ({self.start} = {start:g} Hz)"
+            )
+        return start, stop
+
+
+def check_complete(damping: Damping | None, drive: Drive | None, sweep: Sweep | None) -> None:
+    """Raise SceneError if a response is asked for and a section that it needs is missing."""
+    if drive is None and sweep is None:
+        return
+    for name, section in (("damping", damping), ("drive", drive), ("sweep", sweep)):
+        if section is None:
+            raise SceneError(f"{name}: missing section [{name}], which a frequency response needs")
+
+
+@attrs.frozen(kw_only=True)
+class Excitation:
+    """The sections that a frequency response needs; without damping, the model's own is used."""
+
+    drive: Drive
+    sweep: Sweep
+    damping: Damping | None = None
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> Excitation:
+        """Read [drive], [sweep] and optionally [damping] from a file; raises SceneError."""
+        path = Path(path)
+        text = v.read_text(path)
+        try:
+            return cls.from_dict(v.parse_toml(text))
+        except SceneError as error:
+            raise SceneError(f"{path}: {error}") from None
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any]) -> Excitation:
+        """Read the sections from nested dictionaries."""
+        classes: dict[str, Any] = {"drive": Drive, "sweep": Sweep, "damping": Damping}
+        for name in document:
+            if name not in classes:
+                hint = v.did_you_mean(name, classes)
+                raise SceneError(f"{name}: unknown section{hint}; allowed: {', '.join(classes)}")
+        for name in ("drive", "sweep"):
+            if name not in document:
+                raise SceneError(f"{name}: missing section [{name}]")
+        return cls(**{name: v.from_table(classes[name], name, t) for name, t in document.items()})
+
+    def to_toml(self) -> str:
+        """The sections as TOML in SI numbers; reading it gives an equal object."""
+        return v.to_tables(self)

@@ -1,0 +1,84 @@
+"""The film: thickness, material, tension and how its edge is held."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from nanorom.errors import SceneError
+from nanorom.scene import fields as v
+from nanorom.scene import units
+
+MODELS = ("auto", "membrane", "plate", "shell", "beam")
+
+
+def _shape_file(value: Any) -> Path | None:
+    key = "plate.initial_shape"
+    if value is None:
+        return None
+    if not isinstance(value, (str, Path)) or str(value) == "":
+        raise units.wrong(key, value, "the name of a table of x, y, z in m")
+    if not Path(value).is_file():
+        raise SceneError(f"{key}: found '{value}'; there is no such file")
+    return Path(value)
+
+
+@attrs.frozen
+class Plate:
+    """The film's thickness, model and shape.
+
+    model: membrane (no bending), plate (Kirchhoff), shell (rotations of any size, any surface in
+    space), beam (one dimension) or auto (membrane or plate); initial_shape: table with columns x, y
+    and height z in m of the film before tension and load act, on any points.
+    """
+
+    thickness: float = v.quantity("plate.thickness", "m")
+    model: str = v.choice("plate.model", MODELS, default="auto")
+    initial_shape: Path | None = v.custom("plate.initial_shape", _shape_file, default=None)
+
+
+@attrs.frozen
+class Material:
+    """Isotropic linear elastic material."""
+
+    youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa")
+    poisson_ratio: float = v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5))
+    density: float = v.quantity("material.density", "kg/m^3")
+
+
+@attrs.frozen
+class Tension:
+    """Film tension along x and y in N/m; negative is compression."""
+
+    x: float = v.quantity("tension.x", "N/m", v.ANY)
+    y: float = v.quantity("tension.y", "N/m", v.ANY)
+
+    @classmethod
+    def isotropic(cls, value: Any) -> Tension:
+        """The same tension in every direction."""
+        tension = v.read_quantity(value, "N/m", "tension.value")
+        return cls(tension, tension)
+
+    @classmethod
+    def from_stress(cls, stress: Any, thickness: Any) -> Tension:
+        """Isotropic film stress (Pa) times thickness (m)."""
+        tension = v.read_quantity(stress, "Pa", "tension.stress") * v.read_quantity(
+            thickness, "m", "plate.thickness", v.POSITIVE
+        )
+        return cls(tension, tension)
+
+    @classmethod
+    def from_table(cls, table: Any, plate: Plate) -> Tension:
+        """Read [tension]: value, or x and y, or stress."""
+        v.check_keys("tension", table, ("value", "x", "y", "stress"))
+        match sorted(table):
+            case ["x", "y"]:
+                return cls(table["x"], table["y"])
+            case ["value"]:
+                return cls.isotropic(table["value"])
+            case ["stress"]:
+                return cls.from_stress(table["stress"], plate.thickness)
+        found = " and ".join(sorted(table)) or "no key"
+        raise SceneError(f"tension: found {found}; allowed: value, or x and y, or stress")

@@ -1,0 +1,85 @@
+"""Shapes of films and the names of their sides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import attrs
+
+from nanorom.errors import SceneError
+from nanorom.scene import fields as v
+from nanorom.scene import units
+
+
+@attrs.frozen
+class Disc:
+    """Circular film; its boundary is "edge"."""
+
+    shape: ClassVar[str] = "disc"
+    sides: ClassVar[tuple[str, ...]] = ("edge",)
+    radius: float = v.quantity("geometry.radius", "m")
+
+
+@attrs.frozen
+class Rectangle:
+    """Rectangular film, length along x and width along y."""
+
+    shape: ClassVar[str] = "rectangle"
+    sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
+    length: float = v.quantity("geometry.length", "m")
+    width: float = v.quantity("geometry.width", "m")
+
+
+@attrs.frozen
+class String(Rectangle):
+    """Narrow rectangle, held at its short ends left and right unless the scene says otherwise."""
+
+    shape: ClassVar[str] = "string"
+
+    def __attrs_post_init__(self) -> None:
+        if self.width > self.length:
+            raise SceneError(
+                f"geometry.width: found {self.width:g} m; allowed: at most the length "
+                f"({self.length:g} m) of a string"
+            )
+
+
+def _mesh_path(value: Any) -> Path:
+    key = "geometry.file"
+    if not isinstance(value, (str, Path)) or str(value) == "":
+        raise units.wrong(key, value, "the name of a .msh or .geo file")
+    path = Path(value)
+    if path.suffix not in (".msh", ".geo"):
+        raise units.wrong(key, str(value), "the name of a .msh or .geo file")
+    return path
+
+
+@attrs.frozen
+class MeshFile:
+    """Film meshed by gmsh; its boundaries are the physical curves of the file."""
+
+    shape: ClassVar[str] = "mesh"
+    sides: ClassVar[tuple[str, ...]] = ()
+    file: Path = v.custom("geometry.file", _mesh_path)
+    scale: float = v.quantity("geometry.scale", "m", default=1.0)  # of the file's unit of length
+
+    def __attrs_post_init__(self) -> None:
+        if not self.file.is_file():
+            raise SceneError(f"geometry.file: found '{self.file}'; there is no such file")
+
+
+Geometry = Disc | Rectangle | String | MeshFile
+SHAPES: dict[str, Any] = {"disc": Disc, "rectangle": Rectangle, "string": String, "mesh": MeshFile}
+
+
+def read_geometry(table: Mapping[str, Any], directory: Path) -> Geometry:
+    """Read [geometry]; the shape decides which keys it has."""
+    if "shape" not in table:
+        raise SceneError(f"geometry.shape: missing; allowed: {' | '.join(SHAPES)}")
+    cls = SHAPES[v.read_choice(table["shape"], "geometry.shape", SHAPES)]
+    rest = {key: value for key, value in table.items() if key != "shape"}
+    if cls is MeshFile and isinstance(rest.get("file"), str) and rest["file"]:
+        rest["file"] = str(directory / rest["file"])
+    return v.from_table(cls, "geometry", rest)

@@ -1,0 +1,58 @@
+"""The static load about whose equilibrium a scene is expanded: section [load]."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+
+from nanorom.errors import SceneError
+from nanorom.scene import fields as v
+from nanorom.scene import units
+
+VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
+
+
+def _position(value: Any) -> tuple[float, float]:
+    if not v.is_list(value) or len(value) != 2:
+        raise units.wrong("load.position", value, "a list of two lengths, x and y")
+    x, y = (v.read_quantity(each, "m", "load.position") for each in value)
+    return x, y
+
+
+@attrs.frozen
+class Load:
+    """Loads that act together; all but the gate are dead loads, positive towards positive w.
+
+    pressure : uniform, in Pa; voltage and gap : of a plane gate at a distance from the flat film,
+    which it attracts; force : in N, at ``position`` (from the film's centre, or in the mesh file's
+    coordinates times its scale), spread over a disc of ``radius`` or concentrated in a point;
+    stress : isotropic change of the film's stress in Pa, of a temperature change dT by
+    -E alpha dT/(1 - nu) with alpha the expansion of the film relative to its frame's.
+    """
+
+    pressure: float | None = v.quantity("load.pressure", "Pa", v.ANY, default=None)
+    voltage: float | None = v.quantity("load.voltage", "V", v.ANY, default=None)
+    gap: float | None = v.quantity("load.gap", "m", default=None)
+    force: float | None = v.quantity("load.force", "N", v.ANY, default=None)
+    position: tuple[float, float] = v.custom("load.position", _position, default=(0.0, 0.0))
+    radius: float = v.quantity("load.radius", "m", v.NOT_NEGATIVE, default=0.0)
+
+    stress: float | None = v.quantity("load.stress", "Pa", v.ANY, default=None)
+
+    def __attrs_post_init__(self) -> None:
+        loads = (self.pressure, self.voltage, self.force, self.stress)
+        if all(load is None for load in loads) and self.gap is None:
+            raise SceneError(
+                "load: no load in it; allowed: pressure, voltage with gap, force, stress"
+            )
+        if (self.voltage is None) != (self.gap is None):
+            missing = "gap" if self.gap is None else "voltage"
+            raise SceneError(f"load.{missing}: missing; a gate needs voltage and gap")
+        if self.force is None and (self.position != (0.0, 0.0) or self.radius > 0):
+            raise SceneError("load.force: missing; position and radius are those of a force")
+
+    @property
+    def centred(self) -> bool:
+        """The load has every mirror that the film has."""
+        return self.force is None or self.position == (0.0, 0.0)

@@ -1,0 +1,321 @@
+"""Scenes: geometry, film, supports and what is asked of them, in SI units and validated.
+
+A scene comes from a TOML file or from Python; both give the same frozen objects::
+
+    scene = Scene.from_file("drum.toml")
+    scene = Scene(
+        geometry=Disc(radius="2.5 um"),
+        plate=Plate(thickness="10 nm"),
+        material=Material(youngs_modulus="410 GPa", poisson_ratio=0.16, density="2267 kg/m^3"),
+        tension=Tension(x="0.321 N/m", y="0.257 N/m"),
+        modes=Modes(count=11),
+    )
+
+Values with units are strings; plain numbers are in SI. Every attribute is a plain SI number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from nanorom.errors import SceneError
+from nanorom.scene import fields as v
+from nanorom.scene import units
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Damping, Sweep, check_complete
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import (
+    Disc,
+    Geometry,
+    MeshFile,
+    Rectangle,
+    String,
+    read_geometry,
+)
+from nanorom.scene.load import Load
+from nanorom.scene.support import (
+    STRING_ENDS,
+    Kind,
+    Spring,
+    Support,
+)
+
+__all__ = [
+    "Accuracy",
+    "Damping",
+    "Disc",
+    "Drive",
+    "Load",
+    "Material",
+    "MeshFile",
+    "Modes",
+    "Plate",
+    "Rectangle",
+    "Reduction",
+    "Scene",
+    "Spring",
+    "String",
+    "Support",
+    "Sweep",
+    "Tension",
+]
+
+MOST_MODES = 100  # the cubic tensor has L^4 entries
+HIGHEST_MODE = 1000
+HIGHEST_DEGREE = 8
+
+
+def _mode_numbers(value: Any) -> tuple[int, ...]:
+    if not v.is_list(value) or not 1 <= len(value) <= MOST_MODES:
+        raise units.wrong("modes.select", value, f"a list of 1 to {MOST_MODES} mode numbers")
+    numbers = [v.read_integer(n, "modes.select", 1, HIGHEST_MODE) for n in value]
+    if len(set(numbers)) < len(numbers):
+        twice = next(n for n in numbers if numbers.count(n) > 1)
+        raise SceneError(f"modes.select: mode {twice} appears twice; allowed: each mode once")
+    return tuple(sorted(numbers))
+
+
+@attrs.frozen
+class Modes:
+    """Which modes take part: the lowest ``count``, or ``select`` by 1-based number."""
+
+    count: int | None = v.integer("modes.count", 1, MOST_MODES, default=None)
+    select: tuple[int, ...] | None = v.custom("modes.select", _mode_numbers, default=None)
+
+    def __attrs_post_init__(self) -> None:
+        if (self.count is None) == (self.select is None):
+            found = "no key" if self.count is None else "count and select"
+            raise SceneError(f"modes: found {found}; allowed: either count or select")
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """1-based numbers by frequency of the modes that take part."""
+        return self.select if self.count is None else tuple(range(1, self.count + 1))  # type: ignore[return-value]
+
+    @property
+    def highest(self) -> int:
+        """How many modes must be computed to have them all."""
+        return self.numbers[-1]
+
+
+@attrs.frozen
+class Reduction:
+    """How the tensors are found, and whether the film may move in its plane while it deflects."""
+
+    method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
+    in_plane: str = v.choice("reduction.in_plane", ("free", "fixed"), default="free")
+    amplitude: float | None = v.quantity("reduction.amplitude", "m", default=None)
+    solver: str = v.choice("reduction.solver", ("auto", "factors", "multigrid"), default="auto")
+
+
+@attrs.frozen
+class Accuracy:
+    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand."""
+
+    tolerance: float | None = v.quantity(
+        "accuracy.tolerance", "1", v.within(1e-14, 1), default=None
+    )
+    degree: int | None = v.integer("accuracy.degree", 1, HIGHEST_DEGREE, default=None)
+    mesh_size: float | None = v.quantity("accuracy.mesh_size", "m", default=None)
+
+    def __attrs_post_init__(self) -> None:
+        by_hand = [n for n in ("degree", "mesh_size") if getattr(self, n) is not None]
+        if self.tolerance is not None and by_hand:
+            raise SceneError(
+                f"accuracy.{by_hand[0]}: found beside tolerance; "
+                "allowed: either tolerance, or degree and mesh_size"
+            )
+        if len(by_hand) == 1:
+            other = "mesh_size" if by_hand == ["degree"] else "degree"
+            raise SceneError(f"accuracy.{other}: missing; {by_hand[0]} needs it beside it")
+        if self.tolerance is None and not by_hand:
+            object.__setattr__(self, "tolerance", 1e-6)
+
+
+def _section(key: str, kind: Any, **options: Any) -> Any:
+    """Field of a scene that holds one section."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, kind):
+            name = getattr(kind, "__name__", "Disc | Rectangle | String | MeshFile")
+            raise units.wrong(key, value, f"an object of class {name}")
+        return value
+
+    optional = options.get("default", attrs.NOTHING) is None
+    return attrs.field(converter=attrs.converters.optional(check) if optional else check, **options)
+
+
+@attrs.frozen(kw_only=True)
+class Scene:
+    """Everything that is known and asked about one device; valid by construction."""
+
+    geometry: Geometry = _section("geometry", (Disc, Rectangle, String, MeshFile))
+    plate: Plate = _section("plate", Plate)
+    material: Material = _section("material", Material)
+    tension: Tension = _section("tension", Tension, default=Tension(0.0, 0.0))
+    support: Support = _section("support", Support)
+    modes: Modes = _section("modes", Modes)
+    reduction: Reduction = _section("reduction", Reduction, default=Reduction())
+    accuracy: Accuracy = _section("accuracy", Accuracy, default=Accuracy())
+    load: Load | None = _section("load", Load, default=None)
+    damping: Damping | None = _section("damping", Damping, default=None)
+    drive: Drive | None = _section("drive", Drive, default=None)
+    sweep: Sweep | None = _section("sweep", Sweep, default=None)
+
+    @support.default
+    def _usual_support(self) -> Support:
+        return STRING_ENDS if isinstance(self.geometry, String) else Support()
+
+    def __attrs_post_init__(self) -> None:
+        sides = self.geometry.sides
+        if sides:
+            for name in self.support.named:
+                if name not in sides:
+                    hint = v.did_you_mean(name, sides)
+                    raise SceneError(
+                        f"support.{name}: unknown side of a {self.geometry.shape}{hint}; "
+                        f"allowed: {', '.join(sides)}, default"
+                    )
+            if all(self.support.kind(side) == "free" for side in sides):
+                raise SceneError("support.edge: every side is free; hold at least one side")
+        if self.plate.model == "membrane" and min(self.tension.x, self.tension.y) <= 0:
+            raise SceneError(
+                f"tension: found x = {self.tension.x:g}, y = {self.tension.y:g} N/m; "
+                "allowed: both greater than 0 for a membrane"
+            )
+        if self.plate.model == "plate" and self.accuracy.degree == 1:
+            raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
+        if self.support.springs and self.plate.model == "shell":
+            raise SceneError(
+                "support: found springs beside plate.model = shell; "
+                "allowed: clamped | simply_supported | free"
+            )
+        if self.plate.model == "membrane" and any(s.rotational for s in self.support.springs):
+            raise SceneError(
+                "support.rotational: found beside plate.model = membrane, which has no bending "
+                "stiffness to turn it; allowed: a transverse spring"
+            )
+        if not self.flat and self.reduction.method == "tangent":
+            raise SceneError(
+                "reduction.method: found tangent for a film that is not flat; "
+                "allowed: direct | step"
+            )
+        if self.damping is not None:
+            self.damping.per_mode(len(self.modes.numbers))
+        if not self.flat and self.reduction.in_plane == "fixed":
+            raise SceneError(
+                "reduction.in_plane: found fixed for a film that is not flat; allowed: free, as "
+                "such a film moves in its plane already in its linear modes"
+            )
+        check_complete(self.damping, self.drive, self.sweep)
+
+    @property
+    def flat(self) -> bool:
+        """Neither a load nor an initial shape takes the film out of its plane."""
+        return self.load is None and self.plate.initial_shape is None
+
+    @property
+    def supports(self) -> dict[str, Kind]:
+        """Kind of support by side; for a mesh file by tag, with the key "default" for the rest."""
+        if self.geometry.sides:
+            return {side: self.support.kind(side) for side in self.geometry.sides}
+        return {**self.support.named, "default": self.support.default}
+
+    @classmethod
+    def from_file(cls, path: str | Path) -> Scene:
+        """Read a scene file; raises SceneError, with the file's name in front."""
+        path = Path(path)
+        text = v.read_text(path)
+        try:
+            return cls.from_toml(text, path.parent)
+        except SceneError as error:
+            raise SceneError(f"{path}: {error}") from None
+
+    @classmethod
+    def from_toml(cls, text: str, directory: str | Path = ".") -> Scene:
+        """Read a scene from TOML text; mesh files are looked up in the directory."""
+        return cls.from_dict(v.parse_toml(text), directory)
+
+    @classmethod
+    def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
+        """Read a scene from nested dictionaries, the shape that TOML gives."""
+        sections = [field.name for field in attrs.fields(cls)]
+        for name, table in document.items():
+            if name not in sections:
+                hint = v.did_you_mean(name, sections)
+                raise SceneError(f"{name}: unknown section{hint}; allowed: {', '.join(sections)}")
+            if not isinstance(table, Mapping):
+                raise units.wrong(name, table, f"a table [{name}]")
+        for name in ("geometry", "plate", "material", "modes"):
+            if name not in document:
+                raise SceneError(f"{name}: missing section [{name}]")
+        plate = document["plate"]
+        if isinstance(plate.get("initial_shape"), str) and plate["initial_shape"]:
+            path = str(Path(directory) / plate["initial_shape"])
+            document = {**document, "plate": {**plate, "initial_shape": path}}
+        given: dict[str, Any] = {}
+        for name, table in document.items():
+            if name == "geometry":
+                given[name] = read_geometry(table, Path(directory))
+            elif name == "tension":
+                plate = v.from_table(Plate, "plate", document["plate"])
+                given[name] = Tension.from_table(table, plate)
+            else:
+                given[name] = v.from_table(_CLASSES[name], name, table)
+        return cls(**given)
+
+    def with_(
+        self,
+        *,
+        method: str | None = None,
+        in_plane: str | None = None,
+        solver: str | None = None,
+        modes: Any = None,
+        tolerance: Any = None,
+        degree: int | None = None,
+        mesh_size: Any = None,
+        **sections: Any,
+    ) -> Scene:
+        """A copy with some settings or whole sections changed, validated anew.
+
+        ``modes`` is a count or a list of mode numbers; ``degree`` and ``mesh_size`` take the
+        place of a tolerance and the other way round.
+        """
+        reduction = {"method": method, "in_plane": in_plane, "solver": solver}
+        changes = {name: value for name, value in reduction.items() if value is not None}
+        if changes:
+            sections["reduction"] = attrs.evolve(self.reduction, **changes)
+        if isinstance(modes, Modes):
+            sections["modes"] = modes
+        elif modes is not None:
+            sections["modes"] = Modes(select=modes) if v.is_list(modes) else Modes(count=modes)
+        if tolerance is not None:
+            sections["accuracy"] = Accuracy(tolerance, degree, mesh_size)
+        elif degree is not None or mesh_size is not None:
+            sections["accuracy"] = Accuracy(
+                degree=self.accuracy.degree if degree is None else degree,
+                mesh_size=self.accuracy.mesh_size if mesh_size is None else mesh_size,
+            )
+        return attrs.evolve(self, **sections)
+
+    def to_toml(self) -> str:
+        """The scene as TOML in SI numbers; reading it gives an equal scene."""
+        return v.to_tables(self)
+
+
+_CLASSES: dict[str, Any] = {
+    "plate": Plate,
+    "material": Material,
+    "support": Support,
+    "modes": Modes,
+    "reduction": Reduction,
+    "accuracy": Accuracy,
+    "load": Load,
+    "damping": Damping,
+    "drive": Drive,
+    "sweep": Sweep,
+}

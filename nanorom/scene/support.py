@@ -1,0 +1,89 @@
+"""How the edge of a film is held."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+
+from nanorom.errors import SceneError
+from nanorom.scene import fields as v
+from nanorom.scene.units import wrong
+
+KINDS = ("clamped", "simply_supported", "free")
+SPRING_KEYS = {"spring", "rotational"}
+
+
+@attrs.frozen
+class Spring:
+    """An edge that cannot move in the plane and is held elastically out of it.
+
+    spring : transverse, in N/m^2 (force per length of the edge and displacement), None: held;
+    rotational : in N (moment per length and angle), 0: free to rotate.
+    """
+
+    spring: float | None = v.quantity("support.spring", "N/m^2", default=None)
+    rotational: float = v.quantity("support.rotational", "N", v.NOT_NEGATIVE, default=0.0)
+
+
+Kind = str | Spring
+
+
+def _kind(value: Any, key: str) -> Kind:
+    if isinstance(value, Spring):
+        return value
+    if isinstance(value, Mapping) and len(value) > 0:
+        return v.from_table(Spring, key, value)
+    return v.read_choice(value, key, KINDS)
+
+
+def _sides(value: Any) -> Kind | dict[str, Kind]:
+    springs = isinstance(value, Mapping) and len(value) > 0 and set(value) <= SPRING_KEYS
+    if isinstance(value, (str, Spring)) or springs:
+        kind = _kind(value, "support.edge")
+        if kind == "free":
+            raise SceneError("support.edge: every side is free; hold at least one side")
+        return kind
+    if not isinstance(value, Mapping) or len(value) == 0:
+        allowed = f"{' | '.join(KINDS)}, a table of springs, or a table of sides"
+        raise wrong("support.edge", value, allowed)
+    sides = {str(name): _kind(kind, f"support.{name}") for name, kind in value.items()}
+    if all(kind == "free" for kind in sides.values()):
+        raise SceneError("support.edge: every side is free; hold at least one side")
+    return sides
+
+
+@attrs.frozen
+class Support:
+    """How the film is held: one kind all around, or a table of kinds by side or tagged boundary.
+
+    A kind is clamped, simply_supported, free or a `Spring` (in a scene file a table with its keys).
+    Sides that a table does not name get its ``default``, and are free without one.
+    """
+
+    edge: Kind | Mapping[str, Kind] = v.custom("support.edge", _sides, default="clamped")
+
+    @property
+    def default(self) -> Kind:
+        """Kind of the boundaries that have no entry of their own."""
+        return self.edge.get("default", "free") if isinstance(self.edge, Mapping) else self.edge
+
+    @property
+    def named(self) -> dict[str, Kind]:
+        """Kinds of the sides and tags that have an entry of their own."""
+        sides = self.edge if isinstance(self.edge, Mapping) else {}
+        return {name: kind for name, kind in sides.items() if name != "default"}
+
+    @property
+    def springs(self) -> list[Spring]:
+        """Every elastic edge."""
+        kinds = [self.default, *self.named.values()]
+        return [kind for kind in kinds if isinstance(kind, Spring)]
+
+    def kind(self, side: str) -> Kind:
+        """clamped | simply_supported | free | Spring, of a side or tagged boundary."""
+        return self.named.get(side, self.default)
+
+
+STRING_ENDS = Support({"left": "clamped", "right": "clamped"})
