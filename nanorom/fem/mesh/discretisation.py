@@ -2,8 +2,7 @@
 
 High order is the lever: degree 8 on few curved cells.  The cell size follows from the shortest
 wavelength asked for; edges get rings or rows of cells down to the layer sqrt(D/T) in which a
-clamped plate bends, and the corners of a rectangle, where the in-plane field is singular, rows
-that shrink geometrically.  The constants were set against the exact solutions of
+clamped plate bends; towards corners, where the solution is singular, cells shrink by themselves.  The constants were set against the exact solutions of
 `nanorom bench --accuracy`.
 """
 
@@ -37,10 +36,6 @@ LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for
 AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
 ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
-ASPECT = 3.0
-CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
-CORNER_ERROR = 1e-2  # of that field where no row shrinks towards the corner
-CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
 
 
 @attrs.frozen
@@ -95,7 +90,9 @@ def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discreti
 
 
 def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
-    return None if tolerance is None else Corners(scene.support.kind, tolerance, scene.material.poisson_ratio, isinstance(scene.geometry, Rectangle))
+    if tolerance is None:
+        return None
+    return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance)
 
 
 def _cell_size(
@@ -211,27 +208,15 @@ def _rectangle(
     mirrors: Mirrors,
     tolerance: float | None,
 ) -> Discretisation:
-    """Rows and columns that shrink towards every supported side.
-
-    Not towards a free one: the film moves there, and tiny cells would only add rounding error.
-    Corners between the two kinds are graded by themselves.
-    """
+    """Rows and columns that shrink towards clamped sides; corners are graded by themselves."""
     sides = {"x": geometry.length / length, "y": geometry.width / length}
     parameters = {"length": sides["x"], "width": sides["y"]}
     size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)
     lines = {}
-    smallest = {
-        end: np.append(size, _end_rows(scene.supports[end], size, layer, tolerance))[-1]
-        for end in scene.supports
-    }
-    crossing = {"x": OPPOSITE["y"], "y": OPPOSITE["x"]}
     for axis, side in sides.items():
-        # corner cells are no longer than wide
-        across = min(smallest[end] for end in crossing[axis])
         low, high = (
             _within(
-                side / 2,
-                _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, across),
+                side / 2, _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance)
             )
             for end in OPPOSITE[axis]
         )
@@ -257,19 +242,15 @@ def _rectangle(
 
 
 def _end_rows(
-    kind: Kind, size: float, layer: float, tolerance: float | None, across: float = np.inf
+    kind: Kind, size: float, layer: float, tolerance: float | None
 ) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
-    layer : in which it bends, if clamped; across: size of the corner cells along the side.
+    layer : in which it bends, if clamped.
     """
-    if tolerance is None:
+    if tolerance is None or not (kind == "clamped" or isinstance(kind, Spring)):
         return np.empty(0)
-    rows = np.empty(0)
-    if kind == "clamped" or isinstance(kind, Spring):
-        rows = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
-    last = float(np.append(size, rows)[-1])
-    return rows
+    return _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
 
 
 def cells_of(chosen: Discretisation) -> int | None:

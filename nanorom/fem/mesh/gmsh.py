@@ -137,7 +137,8 @@ def _from_geometry(
         points = grading.move(points)
     if corners is not None:
         named = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
-        mesh = Triangulation(points, triangles, edges).graded(corners, named)
+        straight = [tag for tag in edges if gmsh.model.getType(1, tag) == "Line"]
+        mesh = Triangulation(points, triangles, edges).graded(corners, named, straight)
         points, triangles, edges = mesh.points, mesh.triangles, mesh.edges
         for tag, (pairs, spans) in edges.items():
             if gmsh.model.getType(1, tag) != "Line" and len(pairs):

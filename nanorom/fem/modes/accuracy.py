@@ -30,6 +30,7 @@ FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its e
 AVERAGES = 6.0  # from that of a shape and of what weighs it to the error of integrals over it
 IN_PLANE = 1.5  # from that of the in-plane displacement to its error
 STRETCHED = 1.0  # from the same to the error of frequencies that it stiffens
+SLOWEST = 0.45  # ratio of tails beyond which all is beyond: as of r^0.6, or of noise
 DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
 CHUNK = 256  # cells at a time
 
@@ -125,9 +126,12 @@ def extrapolated(tails: np.ndarray) -> np.ndarray:
     """What is beyond degree k, from what is beyond k - 1, k - 2 and k - 3, (3, ...).
 
     Even and odd degrees do not shrink the tail alike: the next shrinks it as the last but one.
+    Tails end at degree k: where they decay as slowly as at a corner, as a power of the degree, most
+    of the energy is beyond it.
     """
     last, longer, longest = tails
-    return last * np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
+    ratio = np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
+    return last * ratio / (1 - 2 * np.minimum(ratio, SLOWEST))
 
 
 def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
