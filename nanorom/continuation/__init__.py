@@ -6,7 +6,7 @@ Periodic orbits, stability and bifurcations.
 from nanorom.continuation.branches.states import State, states
 from nanorom.continuation.curves.backbone import Backbone, backbone
 from nanorom.continuation.curves.locus import Locus, locus
-from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint
+from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
@@ -23,6 +23,7 @@ __all__ = [
     "SpecialPoint",
     "State",
     "Sweep",
+    "Unexplored",
     "add_isolas",
     "backbone",
     "explore",

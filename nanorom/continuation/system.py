@@ -302,6 +302,14 @@ class ScaledSystem:
     def size(self) -> int:
         return len(self.force)
 
+    def given(self, motion: Array) -> Array:
+        """A motion (..., L) of these equations in the units of the model."""
+        return np.asarray(motion * self.amplitude)
+
+    def inner(self, motion: Array) -> Array:
+        """A motion (..., L) of the model in the units of these equations."""
+        return np.asarray(motion / self.amplitude)
+
     @property
     def nonlinear(self) -> bool:
         return bool(self.quadratic.any() or self.cubic.any() or self.loss.any())

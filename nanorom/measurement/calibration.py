@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
+from nanorom.continuation.orbits.bifurcations import FOLD
 from nanorom.errors import ModelError
 from nanorom.rom.model import ReducedModel
 from nanorom.types import Array
@@ -93,7 +94,7 @@ def level_of_fold(
     omega = 2 * np.pi * low, 2 * np.pi * high
     level = float(guess.min())
     diagram = explore(system, omega, level, depth=0, tolerance=1e-8)
-    own = [point for point in diagram.points("LP") if np.argmax(point.amplitude) == r]
+    own = [point for point in diagram.points(FOLD.code) if np.argmax(point.amplitude) == r]
     if not own:
         raise ModelError(f"mode {mode!r}: does not fold at level {level:g} with all modes moving")
     start = max(own, key=lambda point: point.omega)

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.types import Array
 
-MARKERS = {"LP": "s", "PD": "D", "NS": "o", "BP": "^"}
 UNSTABLE = (0, (2.5, 1.2))
 TAKES_PART = 1e-3  # of the largest amplitude; modes below are not drawn
 NEUTRAL = "0.3"
+UNEXPLORED = {"marker": "x", "linestyle": "none", "markersize": 3.2, "markeredgewidth": 0.8}
 FINER = 8  # straight pieces per continuation step
 SHORTEST = 1e-9  # of the picture; keeps points apart that coincide
 APART = 1e-5  # of a branch; special points closer to one of its points are not told apart
@@ -90,7 +91,7 @@ def line_style(stable: bool) -> dict[str, Any]:
 
 def marker_style(kind: str) -> dict[str, Any]:
     return {
-        "marker": MARKERS[kind],
+        "marker": KINDS[kind].marker,
         "markerfacecolor": "white",
         "markersize": 3.2,
         "markeredgewidth": 0.8,

@@ -12,10 +12,11 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nanorom.continuation import Diagram, PeriodicOrbit, Sweep
-from nanorom.continuation.orbits.bifurcations import SPECIAL_POINTS
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.plots.curves import (
     NEUTRAL,
     TAKES_PART,
+    UNEXPLORED,
     line_style,
     marker_style,
     stretches,
@@ -63,6 +64,8 @@ def diagram_figure(
         for point in diagram.special_points:
             style = {"color": _colour(point.period_multiple), "zorder": 3}
             axes.plot(point.omega, point.amplitude[mode], **marker_style(point.type), **style)
+        for left in diagram.unexplored:
+            axes.plot(left.omega, 0.0, color=NEUTRAL, zorder=3, **UNEXPLORED)
         name = labels[mode] if labels else f"mode {mode + 1}"
         axes.set_ylabel(f"max |q|\n{name}", linespacing=1.2)
         axes.set_ylim(-0.05 * tops[mode], 1.1 * tops[mode])
@@ -87,10 +90,12 @@ def _legend(axes: Any, diagram: Diagram, sweeps: Sequence[str]) -> None:
         handles.append(Line2D([], [], color=_colour(multiple), label=name))
     if not all(np.all(b.stable) for b in diagram.branches):
         handles.append(Line2D([], [], **line_style(False), color=NEUTRAL, label="unstable"))
-    for kind, name in SPECIAL_POINTS.items():
-        if diagram.points(kind):
-            style = {**marker_style(kind), "color": NEUTRAL, "linestyle": "none"}
-            handles.append(Line2D([], [], **style, label=name))
+    for kind in KINDS.values():
+        if diagram.points(kind.code):
+            style = {**marker_style(kind.code), "color": NEUTRAL, "linestyle": "none"}
+            handles.append(Line2D([], [], **style, label=kind.name))
+    if diagram.unexplored:
+        handles.append(Line2D([], [], color=NEUTRAL, label="not explored", **UNEXPLORED))
     handles += [
         Line2D([], [], color=colour, **RECORDED, label=name) for name, colour in zip(sweeps, SWEPT)
     ]

@@ -13,9 +13,17 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 from numpy.typing import NDArray
 
-from nanorom.continuation.orbits.bifurcations import SPECIAL_POINTS
+from nanorom.continuation import Diagram
+from nanorom.continuation.orbits.bifurcations import DOUBLING, KINDS, TORUS
 from nanorom.measurement.data import MeasuredResponse
-from nanorom.plots.curves import MARKERS, NEUTRAL, TAKES_PART, line_style, marker_style, stretches
+from nanorom.plots.curves import (
+    NEUTRAL,
+    TAKES_PART,
+    UNEXPLORED,
+    line_style,
+    marker_style,
+    stretches,
+)
 from nanorom.plots.data import draw_measured
 from nanorom.plots.names import NAMES_HEIGHT, name_lines
 from nanorom.plots.style import (
@@ -27,6 +35,8 @@ from nanorom.plots.style import (
 )
 from nanorom.results.response import Response
 from nanorom.types import Array
+
+MOTION_CHANGES = (DOUBLING.code, TORUS.code)  # folds and their like are seen without a mark
 
 Measure = Callable[[Array], Array]  # amplitudes (..., L) of all modes to the plotted one
 
@@ -80,7 +90,7 @@ def comparison_figure(
         length = _length_unit(response, _total)
         frequency = 1 / (2 * np.pi * float(response.frequency[0])), ""
         shift = SHIFT * length[0] * _largest(response, _total)
-        _draw(axes, response, _total, length, frequency, ("PD", "NS"), shift)
+        _draw(axes, response, _total, length, frequency, MOTION_CHANGES, shift)
         axes.set_ylabel(f"amplitude |q| ({length[1]})")
         note = f"levels shifted by {shift:.2g} {length[1]}"
         axes.set_title(f"{title}; {note}", pad=1.25 * NAMES_HEIGHT)
@@ -88,7 +98,7 @@ def comparison_figure(
         name_lines(axes, list(places.values()), list(places))
         axes.label_outer()
     panels[-1].set_xlabel("drive frequency / f01")
-    _legend(panels[0], response, ("PD", "NS"), levels, 0.24)
+    _legend(panels[0], response, MOTION_CHANGES, levels, 0.24)
     if path is not None:
         save(figure, path)
     return figure
@@ -156,7 +166,7 @@ def _draw(
     measure: Measure,
     length: tuple[float, str],
     frequency: tuple[float, str],
-    kinds: Collection[str] = SPECIAL_POINTS,
+    kinds: Collection[str] = KINDS,
     shift: float = 0.0,
 ) -> None:
     """Draw every level, the higher ones moved up by ``shift`` each."""
@@ -172,6 +182,7 @@ def _draw(
                     color=colour,
                     **line_style(curve.stable),
                 )
+        _mark_unexplored(axes, diagram, colour, frequency[0])
         for point in (p for p in diagram.special_points if p.type in kinds):
             axes.plot(
                 point.omega * frequency[0],
@@ -188,6 +199,12 @@ def _draw(
     axes.tick_params(length=2.5)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+
+
+def _mark_unexplored(axes: Any, diagram: Diagram, colour: Any, factor: float) -> None:
+    """Crosses on the axis where something was not followed."""
+    for left in diagram.unexplored:
+        axes.plot(left.omega * factor, 0.0, color=colour, zorder=3, **UNEXPLORED)
 
 
 def _colours(response: Response) -> Any:
@@ -208,7 +225,7 @@ def _level_names(response: Response) -> list[str]:
 def _legend(
     axes: Any,
     response: Response,
-    kinds: Collection[str] = SPECIAL_POINTS,
+    kinds: Collection[str] = KINDS,
     names: Sequence[str] = (),
     pad: float = 0.0,
     more: Sequence[Line2D] = (),
@@ -228,10 +245,12 @@ def _legend(
         for point in diagram.special_points
         if start <= point.omega <= stop
     }
-    for kind in MARKERS:
+    for kind in KINDS:
         if kind in found and kind in kinds:
             style = {**marker_style(kind), "color": NEUTRAL, "linestyle": "none"}
-            handles.append(Line2D([], [], **style, label=SPECIAL_POINTS[kind]))
+            handles.append(Line2D([], [], **style, label=KINDS[kind].name))
+    if any(start <= u.omega <= stop for d in response.diagrams for u in d.unexplored):
+        handles.append(Line2D([], [], color=NEUTRAL, label="not explored", **UNEXPLORED))
     handles += more
     axes.legend(
         handles=handles,

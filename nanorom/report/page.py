@@ -10,7 +10,7 @@ from string import Template
 
 import numpy as np
 
-from nanorom.continuation.orbits.bifurcations import SPECIAL_POINTS
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.files.whole import atomic_path
 from nanorom.plots.style import with_unit
 from nanorom.report import text as report
@@ -108,9 +108,12 @@ def _modes(model: ReducedModel) -> str:
 
 def _special_points(response: Response) -> str:
     head, units, *rows = report.point_rows(response)
-    names = ", ".join(f"{short} {name}" for short, name in SPECIAL_POINTS.items())
+    names = ", ".join(f"{kind.code} {kind.name}" for kind in KINDS.values())
     text = _facts(report.level_facts(response)) + f'<p class="note">{escape(names)}</p>'
-    return "<h2>Response</h2>" + text + (_table(head, units, *rows) if rows else "")
+    tables = [_table(head, units, *rows)] if rows else []
+    head, units, *rows = report.unexplored_rows(response)
+    tables += [_table(head, units, *rows)] if rows else []
+    return "<h2>Response</h2>" + text + "".join(tables)
 
 
 def _coefficients(model: ReducedModel, order: int) -> str:

@@ -57,6 +57,10 @@ def of_response(response: Response) -> dict[str, Any]:
                 "largest_amplitude_m": max(float(b.amplitude.max()) for b in diagram.branches),
                 "branches": len(diagram.branches),
                 "special_points": points,
+                "unexplored": [
+                    {"kind": u.kind, "frequency_Hz": u.omega / (2 * np.pi), "why": u.why}
+                    for u in diagram.unexplored
+                ],
             }
         )
     return {"response": levels}

@@ -63,8 +63,10 @@ def asymmetry_text(model: ReducedModel) -> float:
 
 def response_text(response: Response) -> str:
     """A table of the special points, level by level."""
-    text, (head, units, *rows) = _list(level_facts(response)), point_rows(response)
-    return f"{text}\n\n{_table([head, units, *rows])}" if rows else text
+    parts = [_list(level_facts(response))]
+    for head, units, *rows in (point_rows(response), unexplored_rows(response)):
+        parts += [_table([head, units, *rows])] if rows else []
+    return "\n\n".join(parts)
 
 
 def point_rows(response: Response) -> list[tuple[str, ...]]:
@@ -89,6 +91,16 @@ def point_rows(response: Response) -> list[tuple[str, ...]]:
     return [head, units, *rows]
 
 
+def unexplored_rows(response: Response) -> list[tuple[str, ...]]:
+    """What was not followed or not looked for: names of the columns, units, and a row for each."""
+    rows = [
+        (str(level), left.kind, f"{left.omega / (2 * np.pi):.6e}", left.why)
+        for level, diagram in enumerate(response.diagrams, 1)
+        for left in diagram.unexplored
+    ]
+    return [("level", "not explored", "frequency", "why"), ("", "", "Hz", ""), *rows]
+
+
 def level_facts(response: Response) -> list[tuple[str, str]]:
     """The drive levels and what was found at each."""
     direct_unit, parametric_unit = response.drive.units
@@ -96,7 +108,8 @@ def level_facts(response: Response) -> list[tuple[str, str]]:
         (
             f"level {n}",
             f"{direct:g} {direct_unit} direct, {parametric:g} {parametric_unit} parametric: "
-            f"{len(diagram.branches)} branches, {len(diagram.special_points)} special points",
+            f"{len(diagram.branches)} branches, {len(diagram.special_points)} special points"
+            + (f", {len(diagram.unexplored)} not explored" if diagram.unexplored else ""),
         )
         for n, ((direct, parametric), diagram) in enumerate(
             zip(response.drive.levels, response.diagrams), 1

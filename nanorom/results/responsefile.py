@@ -18,8 +18,9 @@ from nanorom.continuation import (
     Diagram,
     ModalSystem,
     SpecialPoint,
+    Unexplored,
 )
-from nanorom.continuation.orbits.bifurcations import SPECIAL_POINTS
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.errors import FileError
 from nanorom.files import hdf5
 from nanorom.results.response import Response
@@ -152,6 +153,7 @@ def _write_diagram(level: h5py.Group, diagram: Diagram) -> None:
         hdf5.write(group, "multipliers", np.asarray(branch.multipliers, dtype=complex))
         _write_ragged(group, branch.coefficients, branch.amplitude.shape[1])
     _write_points(level.create_group("special_points"), diagram)
+    _write_unexplored(level.create_group("unexplored"), diagram)
 
 
 def _write_points(group: h5py.Group, diagram: Diagram) -> None:
@@ -164,6 +166,23 @@ def _write_points(group: h5py.Group, diagram: Diagram) -> None:
         values = np.array([getattr(point, name) for point in points]).reshape(-1, width)
         hdf5.write(group, name, values)
     _write_ragged(group, [point.coefficients for point in points], size)
+
+
+def _write_unexplored(group: h5py.Group, diagram: Diagram) -> None:
+    for name in ("kind", "why"):
+        hdf5.write_names(group, name, tuple(getattr(u, name) for u in diagram.unexplored))
+    hdf5.write(group, "omega", np.array([u.omega for u in diagram.unexplored]), "rad/s")
+
+
+def _read_unexplored(level: h5py.Group) -> list[Unexplored]:
+    """What was not explored; files of before say nothing of it."""
+    if "unexplored" not in level:
+        return []
+    group = hdf5.group(level, "unexplored")
+    kinds = hdf5.read_names(group, "kind", None)
+    reasons = hdf5.read_names(group, "why", len(kinds))
+    omega = _finite(group, "omega", (len(kinds),))
+    return [Unexplored(*each) for each in zip(kinds, map(float, omega), reasons)]
 
 
 def _write_ragged(group: h5py.Group, arrays: list[NDArray[Any]], size: int) -> None:
@@ -199,6 +218,7 @@ def _read_diagram(level: h5py.Group, size: int) -> Diagram:
         special_points=_read_points(hdf5.group(level, "special_points"), size, count),
         direct=_level(level, "direct"),
         parametric=_level(level, "parametric"),
+        unexplored=_read_unexplored(level),
     )
 
 
@@ -206,7 +226,7 @@ def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoi
     types = hdf5.read_names(group, "type", None)
     n = len(types)
     for kind in types:
-        if kind not in SPECIAL_POINTS:
+        if kind not in KINDS:
             raise FileError(f"special_points: found type {kind!r}")
     on = hdf5.read(group, "branch", (n,))
     if n and not 0 <= on.min() <= on.max() < branches:

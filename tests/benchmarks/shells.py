@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from nanorom.fem.statics import path
-from tests.fem_shell import sze_cases
+from tests.fem.models import sze_cases
 
 MESHES = {  # degree and cells along a side
     "end_shear": (4, 8),

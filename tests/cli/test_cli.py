@@ -1,3 +1,5 @@
+"""The command line as users meet it: what it writes and prints, one line and a status if not."""
+
 import base64
 import json
 import os

@@ -21,7 +21,7 @@ from tests.fem.exact import (
     membrane_disc,
     paper_drum,
 )
-from tests.fem.test_drum import PAPER, TABLE_1
+from tests.fem.routes.test_drum import PAPER, TABLE_1
 
 # Square membrane with immovable edges, nu = 0.25, side a: B_rjkl in E h/a^2. Provenance: Ritz
 # solution of the in-plane problem in integrated Legendre polynomials, extrapolated to 2e-10.

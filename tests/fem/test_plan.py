@@ -27,7 +27,7 @@ from nanorom.scene.scene import (
 )
 from nanorom.scene.support import Support
 from tests.fem.exact import drum, paper_drum
-from tests.fem.test_drum import solved_modes
+from tests.fem.routes.test_drum import solved_modes
 
 NOISE = 1e-9  # relative, of forces that vanish by symmetry
 DRUM_FILE = MeshFile(file=MESHES / "drum.geo", scale=1e-6)

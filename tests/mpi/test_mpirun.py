@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-CHOSEN = ["tests/mpi/test_agreement.py", "tests/fem/test_drum.py"]
+CHOSEN = ["tests/mpi/test_agreement.py", "tests/fem/routes/test_drum.py"]
 NAMES = {2: "agreement or table_1 or more_modes", 3: "agreement"}  # by number of ranks
 LIMIT = 600  # seconds
 

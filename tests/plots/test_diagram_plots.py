@@ -6,8 +6,8 @@ from matplotlib.colors import to_hex
 from matplotlib.image import imread
 
 from nanorom.continuation import ModalSystem, PeriodicOrbit, explore, sweep
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.plots import diagram_figure, motion_figure
-from nanorom.plots.curves import MARKERS
 
 COLUMN_PIXELS = 1003  # 85 mm at 300 dots per inch
 STEP = 0.01  # of the sweep
@@ -39,7 +39,7 @@ def test_every_branch_and_special_point_is_drawn_in_the_panel_of_each_mode(diagr
             if line.get_marker() != "None"
         }
         points = diagram.special_points
-        assert drawn == {(MARKERS[p.type], p.omega, p.amplitude[mode]) for p in points}
+        assert drawn == {(KINDS[p.type].marker, p.omega, p.amplitude[mode]) for p in points}
         colours = {to_hex(line.get_color()) for line in axes.lines if line.get_marker() == "None"}
         assert len(colours) == len({b.period_multiple for b in diagram.branches}) == 2
     assert imread(tmp_path / "diagram.png").shape[1] == pytest.approx(COLUMN_PIXELS, abs=2)

@@ -1,3 +1,5 @@
+"""Pictures of models and responses show what their numbers say."""
+
 import attrs
 import matplotlib
 import numpy as np
@@ -6,9 +8,10 @@ from matplotlib.colors import to_hex
 from matplotlib.image import imread
 
 from nanorom.continuation import Branch, Diagram, SpecialPoint
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.errors import FileError, ModelError
 from nanorom.plots import amplitude_panels, mode_gallery, response_figure
-from nanorom.plots.curves import MARKERS, _smooth
+from nanorom.plots.curves import _smooth
 from nanorom.plots.style import COLUMN, scaled, with_unit
 from nanorom.results.response import Response
 from nanorom.rom.shapes import Shapes
@@ -128,7 +131,7 @@ def test_special_points_have_the_marker_of_their_type_and_the_colour_of_their_le
     found = {(line.get_marker(), to_hex(line.get_color())) for line in marks(axes)}
     colours = {to_hex(line.get_color()) for line in curves(axes)}
     assert len(colours) == 2
-    assert found == {(MARKERS[kind], colour) for kind in ("LP", "PD") for colour in colours}
+    assert found == {(KINDS[kind].marker, colour) for kind in ("LP", "PD") for colour in colours}
     assert marks(axes)[0].get_xdata()[0] == pytest.approx(22)
 
 

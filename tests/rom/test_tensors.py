@@ -1,3 +1,5 @@
+"""Symmetric tensors: the same force, exactly symmetric, every product counted once."""
+
 from math import comb
 
 import numpy as np

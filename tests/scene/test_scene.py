@@ -1,3 +1,5 @@
+"""Scenes from files and from Python are the same, frozen, and survive being written."""
+
 import pickle
 
 import attrs

@@ -1,3 +1,5 @@
+"""Quantities become the nearest number in SI, or an error that names the key."""
+
 import math
 
 import numpy as np

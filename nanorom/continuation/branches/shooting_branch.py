@@ -8,13 +8,15 @@ special points are zeros of test functions along the way, found by bisection on 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+import attrs
 import numpy as np
 from scipy.sparse import bmat, csc_matrix
 from scipy.sparse.linalg import splu
 
-from nanorom.continuation.orbits.bifurcations import determinant
+from nanorom.continuation.branches.march import STRAIGHT, Advance, March, StepControl
+from nanorom.continuation.orbits.bifurcations import CONFIRMED, FOLD, KINDS, Kind
+from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
 from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.orbits.product import product_eigenvalues
 from nanorom.continuation.orbits.shooting import Shooting
@@ -24,14 +26,27 @@ from nanorom.types import Array
 
 FIRST_STEP, LEAST_STEP, LARGEST_STEP = 0.01, 1e-7, 0.05  # of the size of the orbit
 NEWTON_STEPS, EASY_STEPS = 8, 3
-CONVERGED, ROUND_OFF = 1e-11, 1e-9
+CONVERGED, ROUND_OFF = 1e-11, 1e-9  # of the unknowns: Newton's last change, and the best it can be
+STAGNANT = 0.3  # of the change before: as small as round-off in strongly unstable orbits lets it be
+ASTRAY = 0.5  # of the unknowns: a change that leads nowhere
 TAYLOR_ERROR = 1e-13  # last terms of a segment beyond which there must be more segments
 SAMPLES = 24  # per segment
 SHARP = 1e-11  # of a step, to which special points are located
 NEGLIGIBLE = 1e-13  # harmonics below, relative to the largest, are left out
+LOCATING = 60  # rounds, of which bisection alone would need fewer
+LEAST_PART = 0.02  # of an interval cut off by a round, lest regula falsi creeps
+SLOW = 0.5  # of an interval: a round that left more must not be followed by another such
+ASIDE = (1.0, 0.7, 1.3, 0.4)  # times the place looked for, where Newton's method fails at it
+WITHIN = 0.99  # of an interval
+CLOSED = 0.1  # of a step: how far from it the first point may lie on a branch that closes
+BETWEEN = 1e-2  # of an amplitude: most that a parabola may add to the largest sample
+BY_FREQUENCY = 1e-5  # of it: differences whose truncation and round-off balance
+ALONG = 1e-6  # arc length, to carry the tangent over to other segments
+LEAST_TIME = 1e-12  # of a segment: a Taylor step of no length has no scale
+TINY = 1e-300  # of a zero orbit
 
 
-@dataclass(eq=False)
+@attrs.define(eq=False)
 class Point:
     """States at the starts of the segments (M, 2L), drive frequency, and the direction in which the
     branch goes on; multipliers (2L,).
@@ -41,6 +56,21 @@ class Point:
     omega: float
     tangent: Array
     multipliers: Array
+
+
+Special = tuple[Kind, Point]
+
+
+@attrs.frozen(eq=False)
+class Stretch:
+    """A step of a branch: its ends, the special points between them, and whether the end is still
+    inside the range.
+    """
+
+    start: Point
+    end: Point
+    special: list[Special] = attrs.Factory(list)
+    inside: bool = True
 
 
 class Takeover:
@@ -58,12 +88,11 @@ class Takeover:
         rates: tuple[float, float],
         steps: int,
         is_end: Callable[[Orbit], bool],
-    ) -> tuple[list[Point], list[tuple[str, Point]], str]:
+    ) -> tuple[list[Point], list[Special], str]:
         """Points after `last` in the direction from `before`, special points, and why it ends.
 
         is_end : whether an orbit at a fold or branch point is the end of a bifurcating branch.
         """
-        low, high = (rate * self.period_multiple for rate in rates)
         nodes = self.shooting._nodes(last)[0]
         earlier = self._at_nodes(before, len(nodes))
         direction = self._unknowns(nodes, last.omega) - self._unknowns(earlier, before.omega)
@@ -72,35 +101,37 @@ class Takeover:
         except ContinuationError:
             return [], [], "harmonics"
         points: list[Point] = []
-        special: list[tuple[str, Point]] = []
-        first, step = here, FIRST_STEP
-        for _ in range(steps):
-            here = self._refine(here)
-            try:
-                there, iterations = self._step(here, step)
-                inside = low <= there.omega <= high
-                if not inside:
-                    limit = low if there.omega < low else high
-                    there = self._locate(here, step, _beyond(limit))
-                found = self._special(here, there)
-            except ContinuationError:
-                step /= 2
-                if step < LEAST_STEP:
-                    return points, special, "lost"
-                continue
-            for kind, point in found:
-                if kind in ("LP", "BP") and is_end(self.orbit(point)):
+        special: list[Special] = []
+        control = StepControl(FIRST_STEP, LEAST_STEP, LARGEST_STEP, steps)
+        march = March(self._stretch(rates), Stretch(here, here), control)
+        for _, stretch in march:
+            there = stretch.end
+            for kind, point in stretch.special:
+                if kind.at_ends and is_end(self.orbit(point)):
                     return [*points, point], special, "bifurcation"
-            special += found
+            special += stretch.special
             points.append(there)
-            if points[1:] and self._passes(here, there, first):
+            if points[1:] and self._passes(stretch.start, there, here):
                 return points, special, "closed"
-            if not inside:
+            if not stretch.inside:
                 return points, special, "range"
-            here = there
-            if iterations <= EASY_STEPS:
-                step = min(1.5 * step, LARGEST_STEP)
-        return points, special, "steps"
+        return points, special, march.ending
+
+    def _stretch(self, rates: tuple[float, float]) -> Advance[Stretch]:
+        """How the branch goes on inside a range of rates."""
+        low, high = (rate * self.period_multiple for rate in rates)
+
+        def advance(before: Stretch, step: float) -> tuple[Stretch, bool]:
+            here = self._refine(before.end)
+            there, iterations = self._step(here, step)
+            inside = low <= there.omega <= high
+            if not inside:
+                limit = low if there.omega < low else high
+                there = self._locate(here, step, lambda point: point.omega - limit)
+            stretch = Stretch(here, there, self._special(here, there), inside)
+            return stretch, iterations <= EASY_STEPS
+
+        return advance
 
     def orbit(self, point: Point) -> Orbit:
         """The Fourier coefficients of a point, as many as it has above round-off."""
@@ -108,7 +139,7 @@ class Takeover:
         n = len(values)
         spectrum = np.fft.rfft(values, axis=0) / n
         sizes = np.abs(spectrum[1 : (n - 1) // 2]).max(axis=1)
-        keep = np.flatnonzero(sizes > NEGLIGIBLE * max(np.abs(spectrum).max(), 1e-300))
+        keep = np.flatnonzero(sizes > NEGLIGIBLE * max(np.abs(spectrum).max(), TINY))
         count = int(keep[-1]) + 1 if len(keep) else 1
         coefficients = np.zeros((2 * count + 1, self.system.size))
         coefficients[0] = spectrum[0].real
@@ -129,7 +160,7 @@ class Takeover:
         gain = np.divide(
             speed**2, -2 * bend * np.sign(q[best, modes]), where=bend != 0, out=np.zeros(size)
         )
-        return np.asarray(found + np.clip(gain, 0.0, 1e-2 * found))
+        return np.asarray(found + np.clip(gain, 0.0, BETWEEN * found))
 
     # one step ----------------------------------------------------------------------------------
 
@@ -140,7 +171,7 @@ class Takeover:
         if omega <= 0:
             raise ContinuationError("the frequency would be negative")
         there = self._correct(nodes, omega, here.tangent)
-        if here.tangent @ there.tangent < 0.9:  # a sharp turn, or another branch
+        if here.tangent @ there.tangent < STRAIGHT:
             raise ContinuationError("the branch turns too fast for the step")
         return there, self._iterations
 
@@ -152,7 +183,7 @@ class Takeover:
         chord = end - start
         along = float((back - start) @ chord / (chord @ chord))
         aside = float(np.linalg.norm(back - start - along * chord))
-        return 0 <= along <= 1 and aside < 0.1 * float(np.linalg.norm(chord))
+        return 0 <= along <= 1 and aside < CLOSED * float(np.linalg.norm(chord))
 
     def _size(self, here: Point) -> float:
         return max(1.0, float(np.linalg.norm(self._unknowns(here.nodes, 0.0))))
@@ -178,10 +209,10 @@ class Takeover:
             change = factors.solve(np.append(-gaps.ravel() / np.sqrt(len(nodes)), 0.0))
             unknowns = unknowns + change
             scale = max(1.0, float(np.abs(unknowns).max()))
-            if not np.all(np.isfinite(change)) or np.linalg.norm(change) > 0.5 * scale:
+            if not np.all(np.isfinite(change)) or np.linalg.norm(change) > ASTRAY * scale:
                 break
             size = float(np.linalg.norm(change)) / scale
-            stagnant = size < ROUND_OFF and size > 0.3 * before  # strongly unstable orbits
+            stagnant = size < ROUND_OFF and size > STAGNANT * before
             before = size
             if size < CONVERGED or stagnant:
                 self._iterations = iteration
@@ -196,7 +227,7 @@ class Takeover:
         """Gaps (M, 2L) between segments, maps (M, 2L, 2L), derivative (M, 2L) by frequency."""
         ends, maps = self._ends(nodes, omega, True)
         assert maps is not None
-        small = 1e-5 * omega
+        small = BY_FREQUENCY * omega
         slope = (self._ends(nodes, omega + small)[0] - self._ends(nodes, omega - small)[0]) / (
             2 * small
         )
@@ -242,8 +273,8 @@ class Takeover:
             return here
         count = int(1.4 * len(here.nodes)) + 1
         nodes = self._at(here.nodes, here.omega, np.arange(count) / count)
-        small = 1e-6
-        moved, omega = self._split(self._unknowns(here.nodes, here.omega) + small * here.tangent)
+        ahead = self._unknowns(here.nodes, here.omega) + ALONG * here.tangent
+        moved, omega = self._split(ahead)
         ahead = self._unknowns(self._at(moved, omega, np.arange(count) / count), omega)
         direction = ahead - self._unknowns(nodes, here.omega)
         return self._refine(self._correct(nodes, here.omega, direction))
@@ -254,7 +285,7 @@ class Takeover:
         place = fractions * count
         segment = np.minimum(place.astype(int), count - 1)
         duration = 2 * np.pi * self.period_multiple / omega / count
-        rest = np.maximum(place - segment, 1e-12) * duration
+        rest = np.maximum(place - segment, LEAST_TIME) * duration
         return self.stepper.step(
             nodes[segment],
             np.full(len(segment), omega),
@@ -268,8 +299,6 @@ class Takeover:
         return self._at(point.nodes, point.omega, np.arange(n) / n)
 
     def _at_nodes(self, orbit: Orbit, count: int) -> Array:
-        from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
-
         table = fourier_matrix(
             2 * np.pi / count * np.arange(count), (len(orbit.coefficients) - 1) // 2
         )
@@ -278,9 +307,8 @@ class Takeover:
 
     # special points ----------------------------------------------------------------------------
 
-    def _special(self, here: Point, there: Point) -> list[tuple[str, Point]]:
+    def _special(self, here: Point, there: Point) -> list[Special]:
         """Special points between two neighbours."""
-        found = []
         if here.nodes.shape != there.nodes.shape:
             return []
         length = float(
@@ -289,26 +317,26 @@ class Takeover:
         )
         step = length / self._size(here)
         folds = here.tangent[-1] * there.tangent[-1] < 0
-        tests: dict[str, tuple[bool, Callable[[Point], float]]] = {
-            "LP": (folds, lambda p: p.tangent[-1]),
-            "PD": (True, lambda p: determinant(p.multipliers, -1.0)),
-            "BP": (not folds, lambda p: determinant(p.multipliers, 1.0)),
-        }
-        for kind, (wanted, test) in tests.items():
+        found = []
+        for kind in KINDS.values():
+            # at a fold, a multiplier is 1 as well
+            wanted = folds if kind is FOLD else not (folds and kind.condition == "unit")
+            test = _test(kind)
             if wanted and test(here) * test(there) < 0:
                 found.append((kind, self._locate(here, step, test)))
-        if _outside(here) != _outside(there):
-            found.append(("NS", self._locate(here, step, lambda p: _outside(p) - 0.5)))
-        return [(kind, point) for kind, point in found if _confirmed(kind, point)]
+        return [
+            (kind, point) for kind, point in found if kind.distance(point.multipliers) < CONFIRMED
+        ]
 
     def _locate(self, here: Point, step: float, test: Callable[[Point], float]) -> Point:
         """The point within a step at which the test function is zero."""
         low, high = 0.0, step
         ends = [here, self._step(here, step)[0]]
         values = [test(end) for end in ends]
-        for _ in range(60):
+        for _ in range(LOCATING):
             # regula falsi, and bisection where it creeps
-            weight = min(max(values[0] / (values[0] - values[1]), 0.02), 0.98)
+            weight = values[0] / (values[0] - values[1])
+            weight = min(max(weight, LEAST_PART), 1 - LEAST_PART)
             found = self._near(here, low, high, weight)
             if found is None:
                 break
@@ -320,7 +348,7 @@ class Takeover:
             shrunk = (high - place if side == 0 else place - low) / (high - low)
             low, high = (place, high) if side == 0 else (low, place)
             ends[side], values[side] = middle, value
-            if shrunk > 0.5:
+            if shrunk > SLOW:
                 values[1 - side] /= 2
         return self._between(ends[0], ends[1], test)
 
@@ -328,8 +356,8 @@ class Takeover:
         self, here: Point, low: float, high: float, weight: float
     ) -> tuple[float, Point] | None:
         """A point of the step, near a fraction of an interval: at a branch point there is none."""
-        for change in (1.0, 0.7, 1.3, 0.4):
-            place = low + min(change * weight, 0.99) * (high - low)
+        for change in ASIDE:
+            place = low + min(change * weight, WITHIN) * (high - low)
             try:
                 return place, self._step(here, place)[0]
             except ContinuationError:
@@ -346,17 +374,7 @@ class Takeover:
         return Point(nodes, omega, first.tangent, product_eigenvalues(maps))
 
 
-def _beyond(limit: float) -> Callable[[Point], float]:
-    return lambda point: point.omega - limit
-
-
-def _outside(point: Point) -> float:
-    """Complex pairs of multipliers outside the unit circle."""
-    values = point.multipliers
-    return float(((np.abs(values.imag) > 1e-9) & (np.abs(values) > 1)).sum() // 2)
-
-
-def _confirmed(kind: str, point: Point) -> bool:
-    from nanorom.continuation.orbits.bifurcations import CONFIRMED, critical_distance
-
-    return critical_distance(kind, point.multipliers) < CONFIRMED
+def _test(kind: Kind) -> Callable[[Point], float]:
+    if kind is FOLD:
+        return lambda point: float(point.tangent[-1])
+    return lambda point: kind.crossing(point.multipliers)

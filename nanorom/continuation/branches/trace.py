@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
+from nanorom.continuation.branches.march import March, StepControl
 from nanorom.continuation.branches.series import Series, SeriesExpansion
 from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
 from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, Support, basis_for
@@ -16,6 +18,20 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 LARGEST_STEP = 10.0  # times orbit and frequency (of a linear system the series never ends)
+LEAST_PART = 1 / 64  # of a step, at whose end the next one cannot begin
+CORRECTED = 1e-7  # of an orbit from which a step begins: the last change; the series does the rest
+SOLVED = 1e-10  # of an orbit by itself: the last change
+FIRST_CORRECTIONS = 15  # of an orbit that is not near a known one
+LEAST_MORE, MOST_MORE = 1.1, 1.6  # factors on the number of harmonics, where it must rise
+SLOWEST_DECAY = 1e-3  # of the log of the harmonics, each: below, it tells nothing
+SPARE = 30.0  # factor between the sizes of last harmonics that call for more and for fewer
+LARGEST_DRIFT = 0.25  # of the rate within a step
+PER_OCTAVE = 16  # lengths of steps
+AT_END = 1e-6  # of the orbit: residual at the end of a step
+SHORTER, SHORTENINGS = 0.7, 12  # factor on a step whose end is not good, how often at most
+REST = 1e-6  # size below which an orbit is at rest
+ROUND_OFF = 1e-16  # of the largest harmonic
+TINY = 1e-30  # of an orbit at rest
 UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
 
@@ -63,7 +79,7 @@ class Tracer:
         """
         sizes = self.spectrum(balance, x)
         first = (balance.basis.harmonics if harmonics is None else harmonics) - 1
-        return float(sizes[first:].max() / max(sizes.max(), 1e-30))
+        return float(sizes[first:].max() / max(sizes.max(), TINY))
 
     def adapt(self, balance: HarmonicBalance, x: Array) -> int:
         """The number of harmonics this orbit deserves."""
@@ -72,15 +88,13 @@ class Tracer:
         position = self.ladder.index(harmonics)
         tail = self.tail(balance, x)
         if tail > tolerance:
-            decay = np.log(max(tail, 1e-16)) / harmonics
-            wanted = (
-                harmonics * 1.1
-                if decay > -1e-3
-                else min(np.log(tolerance) / decay, harmonics * 1.6)
-            )
+            decay = np.log(max(tail, ROUND_OFF)) / harmonics
+            wanted = harmonics * LEAST_MORE
+            if decay <= -SLOWEST_DECAY:
+                wanted = min(np.log(tolerance) / decay, harmonics * MOST_MORE)
             higher = [h for h in self.ladder[position + 1 :] if h >= wanted] or self.ladder[-1:]
             return max(higher[0], harmonics)
-        while position > 0 and self.tail(balance, x, self.ladder[position - 1]) < tolerance / 30:
+        while position > 0 and self.tail(balance, x, self.ladder[position - 1]) < tolerance / SPARE:
             position -= 1
         return self.ladder[position]
 
@@ -95,7 +109,9 @@ class Tracer:
         for _ in range(len(self.ladder)):
             balance = self.balance(harmonics)
             x = balance.basis.compress(orbit.coefficients)
-            x, rate, _ = balance.correct(x, orbit.rate, border(balance), 1e-10, iterations=15)
+            x, rate, _ = balance.correct(
+                x, orbit.rate, border(balance), SOLVED, iterations=FIRST_CORRECTIONS
+            )
             orbit = Orbit(balance.basis.expand(x, self.system.size), rate, self.period_multiple)
             wanted = self.adapt(balance, x)
             if wanted <= harmonics:
@@ -113,43 +129,73 @@ class Tracer:
         moves first.
         """
         known = (len(orbit.coefficients) - 1) // 2
-        balance, expansion = self.pair(next(h for h in self.ladder if h >= known))
-        x, rate = balance.basis.compress(orbit.coefficients), orbit.rate
-        border = self._first_border(balance, direction)
+        balance = self.balance(next(h for h in self.ladder if h >= known))
+        x, border = (
+            balance.basis.compress(orbit.coefficients),
+            self._first_border(balance, direction),
+        )
         self.ending = "open"
-        for _ in range(self.settings.steps):
-            try:
-                x, rate, factors = balance.correct(x, rate, border, 1e-7)
-            except NewtonFailure:
-                self.ending = "lost"
-                return
+        try:
+            first = self._expanded(balance, x, orbit.rate, border)
+        except NewtonFailure:
+            self.ending = "lost"
+            return
+        if first is None:
+            return
+        march = March(
+            partial(self._advance, rate_range),
+            _leave(first, rate_range),
+            StepControl(1.0, LEAST_PART, 1.0, self.settings.steps - 1),
+        )
+        last = march.start[0]
+        for (here, _), (last, _) in march:  # noqa: B007
+            yield here
+        if march.ending != "end":
+            self.ending = march.ending
+        yield last
+
+    def _advance(
+        self, rate_range: tuple[float, float], here: tuple[Series, bool], part: float
+    ) -> tuple[tuple[Series, bool], bool] | None:
+        """The step after another one, which is cut to a part of its length; None where the branch
+        ends.
+        """
+        series, inside = here
+        if not inside:
+            self.ending = "range"
+            return None
+        a = part * series.length
+        following = self._expanded(series.balance, *series.at(a), series.tangent(a))
+        if following is None:
+            return None
+        series.length = a
+        return _leave(following, rate_range), True
+
+    def _expanded(
+        self, balance: HarmonicBalance, x: Array, rate: float, border: Array
+    ) -> Series | None:
+        """The series about a corrected point, on as many harmonics as it deserves; None if those
+        allowed do not suffice.
+        """
+        known = balance.basis.harmonics
+        while True:
+            x, rate, factors = balance.correct(x, rate, border, CORRECTED)
             wanted = self.adapt(balance, x)
-            if wanted != balance.basis.harmonics:
-                x, border = self.transfer(balance, wanted, x, border)
-                balance, expansion = self.pair(wanted)
-                if wanted > known:
-                    known = wanted
-                    continue
-                x, rate, factors = balance.correct(x, rate, border, 1e-7)
-            known = balance.basis.harmonics
-            if (
-                known == self.ladder[-1]
-                and self.tail(balance, x) > UNRESOLVED * self.settings.tolerance
-            ):
-                self.ending = "harmonics"
-                return
-            packed, rates = expansion.expand(x, rate, factors)
-            series = Series.from_terms(balance, packed, rates, self.settings.series)
-            series.length = self._length(series, rates)
-            series.length, inside = _leave(series, rate_range)
-            if not inside:
-                self.ending = "range"
-            yield series
-            if not inside:
-                return
-            x, rate = series.at(series.length)
-            border = series.tangent(series.length)
-        self.ending = "steps"
+            if wanted == balance.basis.harmonics:
+                break
+            x, border = self.transfer(balance, wanted, x, border)
+            balance = self.balance(wanted)
+            if wanted < known:  # fewer than before: enough, no need to look again
+                x, rate, factors = balance.correct(x, rate, border, CORRECTED)
+                break
+        unresolved = self.tail(balance, x) > UNRESOLVED * self.settings.tolerance
+        if balance.basis.harmonics == self.ladder[-1] and unresolved:
+            self.ending = "harmonics"
+            return None
+        packed, rates = self.pair(balance.basis.harmonics)[1].expand(x, rate, factors)
+        series = Series.from_terms(balance, packed, rates, self.settings.series)
+        series.length = self._length(series, rates)
+        return series
 
     def _first_border(self, balance: HarmonicBalance, direction: Array | float) -> Array:
         border = np.zeros(balance.basis.size + 1)
@@ -176,29 +222,29 @@ class Tracer:
         """
         balance = series.balance
         start, rate = series.at(0.0)
-        scale = max(float(np.abs(start).max(initial=0.0)), 1e-6)
+        scale = max(float(np.abs(start).max(initial=0.0)), REST)
         length = series.length
         # a straight (linear) branch has an infinite radius; multipliers still want points on the
         # way
         drift = abs(rates[1]) * length / rate
-        if drift > 0.25 or not np.isfinite(length):
-            length = 0.25 * rate / abs(rates[1])
+        if drift > LARGEST_DRIFT or not np.isfinite(length):
+            length = LARGEST_DRIFT * rate / abs(rates[1])
         length = min(length, LARGEST_STEP * max(scale, rate))
         # on a coarse grid, so that round-off (other units, say) does not move the points
-        length = float(2.0 ** (np.floor(16 * np.log2(length)) / 16))
-        for _ in range(12):
+        length = float(2.0 ** (np.floor(PER_OCTAVE * np.log2(length)) / PER_OCTAVE))
+        for _ in range(SHORTENINGS):
             x, rate = series.at(length)
             residual = balance.basis.pack(balance.residual(x, rate))
             error = float(np.abs(residual).max(initial=0.0))
-            good_tail = self.tail(balance, x) < 30 * self.settings.tolerance
-            if rate > 0 and error < 1e-6 * scale * max(1.0, rate**2) and good_tail:
+            good_tail = self.tail(balance, x) < SPARE * self.settings.tolerance
+            if rate > 0 and error < AT_END * scale * max(1.0, rate**2) and good_tail:
                 return length
-            length *= 0.7
+            length *= SHORTER
         return length
 
 
-def _leave(series: Series, rate_range: tuple[float, float]) -> tuple[float, bool]:
-    """Where the step leaves the range of rates: (length, still inside)."""
+def _leave(series: Series, rate_range: tuple[float, float]) -> tuple[Series, bool]:
+    """The step, cut where it leaves the range of rates, and whether it ends inside."""
     first = series.length
     inside = True
     for limit, sign in zip(rate_range, (-1.0, 1.0)):
@@ -206,6 +252,5 @@ def _leave(series: Series, rate_range: tuple[float, float]) -> tuple[float, bool
             if sign * series.rate_slope(root) > 0 and root < first:
                 first, inside = root, False
     end_rate = series.rate(series.length)
-    if inside and not rate_range[0] <= end_rate <= rate_range[1]:
-        inside = False
-    return first, inside
+    series.length = first
+    return series, inside and rate_range[0] <= end_rate <= rate_range[1]

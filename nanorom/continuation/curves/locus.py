@@ -9,13 +9,14 @@ tracking with harmonic balance).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 
 import attrs
 import numpy as np
 from scipy.optimize import brentq
 
+from nanorom.continuation.branches.march import STRAIGHT, March, StepControl
 from nanorom.continuation.diagrams.diagram import SpecialPoint
+from nanorom.continuation.orbits.bifurcations import KINDS, REAL, TORUS
 from nanorom.continuation.orbits.harmonics import (
     HARMONIC_LADDER,
     Support,
@@ -31,10 +32,15 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
 LEVELS = {"direct": ("direct",), "parametric": ("parametric",), "both": ("direct", "parametric")}
-NEWTON = 1e-9
-TAIL = 1e-9
+NEWTON = 1e-9  # of the unknowns: the last change of Newton's method
+TAIL = 1e-9  # of the orbit: last harmonics beyond which there must be more
 ABSENT = 1e-9  # coefficients of the orbit, relative to the largest, that are round-off
 TURN = 1e-9  # of a step, to which a turn of the parameter is located
+NEWTON_STEPS, EASY_STEPS = 8, 4
+FIRST = 0.1  # of the largest step
+LEAST_STEP = 1e-7  # arc length, in units of the unknowns
+SHORT = 1e-5  # arc length below which the curve may turn as it likes: a cusp
+LAST_ROWS = 4  # of the coefficients: cosine and sine of the last two harmonics
 
 
 @attrs.frozen(eq=False)
@@ -131,7 +137,16 @@ def _parameter(
     return {parameter: getattr(system, parameter)}, 1.0
 
 
-@dataclass(frozen=True, eq=False)
+@attrs.frozen(eq=False)
+class _Place:
+    """A point of a curve in the unknowns z of a balance, and its tangent."""
+
+    balance: CriticalBalance
+    z: Array
+    tangent: Array
+
+
+@attrs.frozen(eq=False)
 class _Point:
     """Coefficients of all modes, rate, level, second frequency (NS)."""
 
@@ -153,11 +168,11 @@ class _Curve:
         limits: tuple[tuple[float, float], tuple[float, float]],
         level: float,
     ) -> None:
-        self.origin, self.change, self.kind = origin, change, point.type
+        self.origin, self.change, self.kind = origin, change, KINDS[point.type]
         self.multiple, self.limits = point.period_multiple, limits
         shift = 0.0
-        if point.type == "NS":
-            pairs = point.multipliers[point.multipliers.imag > 1e-9]
+        if self.kind is TORUS:
+            pairs = point.multipliers[point.multipliers.imag > REAL]
             critical = pairs[np.abs(np.abs(pairs) - 1).argmin()]
             shift = float(np.angle(critical) / (2 * np.pi))
         rate = point.omega / origin.frequency / point.period_multiple
@@ -176,48 +191,47 @@ class _Curve:
 
     def follow(self, sign: float, steps: int, largest: float) -> list[_Point]:
         """Points from the start in one direction."""
-        point, length, points = self.start, largest / 10, []
-        balance = self._balance((len(point.full) - 1) // 2)
-        z, tangent = self._correct(balance, self._pack(balance, point), None)
+        balance = self._balance((len(self.start.full) - 1) // 2)
+        z, tangent, _ = self._correct(balance, self._pack(balance, self.start), None)
         tangent *= sign * (1.0 if tangent[balance.basis.size + 1] >= 0 else -1.0)
-        points.append(self._unpack(balance, z))
-        while len(points) <= steps:
-            try:
-                new, direction = self._correct(balance, z + length * tangent, tangent)
-            except ContinuationError:
-                length /= 3
-                if length < 1e-7:
-                    break
-                continue
-            if direction @ tangent < 0.9 and length > 1e-5:
-                length /= 2
-                continue
-            turns = tangent[balance.basis.size + 1] * direction[balance.basis.size + 1] < 0
-            points += self._turn(balance, z, tangent, length) if turns else []
-            z, tangent = new, direction
-            point = self._unpack(balance, z)
-            points.append(point)
-            if not self._inside(point):
+        start = _Place(balance, z, tangent)
+        points = [self._unpack(start)]
+        control = StepControl(FIRST * largest, LEAST_STEP, largest, steps)
+        for here, there in March(self._advance, start, control):
+            points += self._turn(here, there)
+            points.append(self._unpack(there))
+            if not self._inside(points[-1]):
                 break
-            length = min(1.4 * length, largest)
-            balance, z, tangent = self._adapt(balance, point, z, tangent)
         return points
 
-    def _turn(
-        self, balance: CriticalBalance, z: Array, tangent: Array, length: float
-    ) -> list[_Point]:
-        """The point within a step at which the parameter turns back."""
+    def _advance(self, here: _Place, length: float) -> tuple[_Place, bool]:
+        here = self._adapt(here)
+        z, tangent, steps = self._correct(
+            here.balance, here.z + length * here.tangent, here.tangent
+        )
+        if tangent @ here.tangent < STRAIGHT and length > SHORT:
+            raise ContinuationError("the curve of special points turns too fast for the step")
+        return _Place(here.balance, z, tangent), steps <= EASY_STEPS
 
-        def point(a: float) -> tuple[Array, Array]:
-            return self._correct(balance, z + a * tangent, tangent)
+    def _turn(self, here: _Place, there: _Place) -> list[_Point]:
+        """The point within a step at which the parameter turns back, if it does."""
+        balance = there.balance
+        before = here if here.balance is balance else self._moved(here, balance)
+        level = balance.basis.size + 1
+        if before.tangent[level] * there.tangent[level] >= 0:
+            return []
+        length = float((there.z - before.z) @ before.tangent)
+
+        def point(a: float) -> _Place:
+            z = before.z + a * before.tangent
+            return _Place(balance, *self._correct(balance, z, before.tangent)[:2])
 
         try:
-            a = brentq(
-                lambda a: point(a)[1][balance.basis.size + 1], 0.0, length, xtol=TURN * length
-            )
-            return [replace(self._unpack(balance, point(a)[0]), turn=True)]
-        except (ContinuationError, ValueError):
-            return []
+            a = brentq(lambda a: point(a).tangent[level], 0.0, length, xtol=TURN * length)
+            turning = point(a)
+        except (ContinuationError, ValueError):  # not to be had exactly: the nearer end
+            turning = min(before, there, key=lambda place: abs(place.tangent[level]))
+        return [attrs.evolve(self._unpack(turning), turn=True)]
 
     def _inside(self, point: _Point) -> bool:
         (low, high), (least, most) = self.limits
@@ -228,43 +242,45 @@ class _Curve:
         h = known[0] if known else HARMONIC_LADDER[-1]
         return CriticalBalance(self.origin, self.change, self.support, self.kind, self.multiple, h)
 
-    def _adapt(
-        self, balance: CriticalBalance, point: _Point, z: Array, tangent: Array
-    ) -> tuple[CriticalBalance, Array, Array]:
+    def _adapt(self, here: _Place) -> _Place:
         """More harmonics where the last ones are not small."""
-        sizes = np.abs(point.full).max(axis=1)
-        if sizes[-4:].max() <= TAIL * sizes.max() or balance.basis.harmonics >= HARMONIC_LADDER[-1]:
-            return balance, z, tangent
-        larger = self._balance(balance.basis.harmonics + 1)
-        n, size = balance.basis.size, self.origin.size
-        step = balance.basis.expand(balance.basis.unpack(tangent[:n]), size)
+        sizes = np.abs(self._unpack(here).full).max(axis=1)
+        harmonics = here.balance.basis.harmonics
+        if sizes[-LAST_ROWS:].max() <= TAIL * sizes.max() or harmonics >= HARMONIC_LADDER[-1]:
+            return here
+        return self._moved(here, self._balance(harmonics + 1))
+
+    def _moved(self, here: _Place, larger: CriticalBalance) -> _Place:
+        """A place with its tangent on another number of harmonics."""
+        basis, n = here.balance.basis, here.balance.basis.size
+        step = basis.expand(basis.unpack(here.tangent[:n]), self.origin.size)
         moved = larger.basis.pack(larger.basis.compress(step))
-        return larger, self._pack(larger, point), np.concatenate([moved, tangent[n:]])
+        tangent = np.concatenate([moved, here.tangent[n:]])
+        return _Place(larger, self._pack(larger, self._unpack(here)), tangent)
 
     def _pack(self, balance: CriticalBalance, point: _Point) -> Array:
         x = balance.basis.pack(balance.basis.compress(point.full))
-        extra = [point.rate, point.level] + ([point.shift] if self.kind == "NS" else [])
+        extra = [point.rate, point.level] + ([point.shift] if self.kind is TORUS else [])
         return np.concatenate([x, extra])
 
-    def _unpack(self, balance: CriticalBalance, z: Array) -> _Point:
-        n = balance.basis.size
-        full = balance.basis.expand(balance.basis.unpack(z[:n]), self.origin.size)
-        return _Point(
-            full, float(z[n]), float(z[n + 1]), float(z[n + 2]) if len(z) > n + 2 else 0.0
-        )
+    def _unpack(self, place: _Place) -> _Point:
+        basis, z, n = place.balance.basis, place.z, place.balance.basis.size
+        full = basis.expand(basis.unpack(z[:n]), self.origin.size)
+        shift = float(z[n + 2]) if len(z) > n + 2 else 0.0
+        return _Point(full, float(z[n]), float(z[n + 1]), shift)
 
     def _correct(
         self, balance: CriticalBalance, z: Array, tangent: Array | None
-    ) -> tuple[Array, Array]:
-        """Newton's method, orthogonal to the tangent (to the level's axis at first), and the new
-        tangent.
+    ) -> tuple[Array, Array, int]:
+        """Newton's method, orthogonal to the tangent (to the level's axis at first), the new
+        tangent, and the number of corrections.
         """
         border = np.zeros(len(z)) if tangent is None else tangent
         if tangent is None:
             border[balance.basis.size + 1] = 1.0
         right = np.zeros((len(z), 2))  # for the change, and for the tangent
         right[-1, 1] = 1.0
-        for _ in range(8):
+        for step in range(NEWTON_STEPS):
             residual, jacobian = balance.system(z)
             right[:-1, 0] = -residual
             try:
@@ -275,5 +291,5 @@ class _Curve:
             if not np.all(np.isfinite(z)) or z[balance.basis.size] <= 0:
                 break
             if np.abs(change).max() < NEWTON * max(1.0, np.abs(z).max()):
-                return z, direction / np.linalg.norm(direction)
+                return z, direction / np.linalg.norm(direction), step + 1
         raise ContinuationError("the curve of special points cannot be corrected")

@@ -13,9 +13,9 @@ from nanorom.types import Array
 class SpecialPoint:
     """A bifurcation of periodic orbits.
 
-    type: "LP", "PD", "NS" or "BP"; omega in the user's unit; amplitude (L,) = max |q_r| over a
-    period; multipliers (2L,); state (2L,) = (q, dq/dt) at forcing phase 0; branch: index of the
-    branch it lies on.
+    type: code of a row of `orbits.bifurcations`, LP, PD, NS or BP; omega in the user's unit;
+    amplitude (L,) = max |q_r| over a period; multipliers (2L,); state (2L,) = (q, dq/dt) at forcing
+    phase 0; branch: index of the branch it lies on.
     """
 
     type: str
@@ -64,14 +64,30 @@ class Branch:
         return len(self.omega)
 
 
+@attrs.frozen
+class Unexplored:
+    """What was not followed or not looked for.
+
+    kind: "branch" (one that was not started), "ending" (one that was not followed to its end),
+    "start" (no orbit found), "window" (an end of the range at which there are several orbits),
+    "point" (a bifurcation that was not confirmed); omega: where, in the user's unit; why: a
+    sentence.
+    """
+
+    kind: str
+    omega: float
+    why: str
+
+
 @attrs.define(eq=False)
 class Diagram:
-    """All branches and special points of one drive level."""
+    """All branches and special points of one drive level, and what is known to be missing."""
 
     branches: list[Branch]
     special_points: list[SpecialPoint]
     direct: float = 0.0
     parametric: float = 0.0
+    unexplored: list[Unexplored] = attrs.Factory(list)
 
     def points(self, kind: str | None = None, branch: int | None = None) -> list[SpecialPoint]:
         """Special points of one type and/or one branch."""
@@ -89,4 +105,5 @@ class Diagram:
                 f"{point.type}  omega = {point.omega:.10g}  branch {point.branch}  "
                 f"amplitude {amplitude}"
             )
+        lines += [f"unexplored, omega = {u.omega:.6g}: {u.why}" for u in self.unexplored]
         return "\n".join(lines)

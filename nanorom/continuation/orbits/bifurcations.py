@@ -1,60 +1,120 @@
-"""Bifurcations of periodic orbits: kinds, and the test functions that vanish there."""
+"""The kinds of bifurcations of periodic orbits, in one table, and the functions that vanish there.
+
+    LP  fold                  d rate / da = 0 along the branch
+    PD  period doubling       prod (mu_i + 1) = 0
+    BP  branch point          prod (mu_i - 1) / (d rate / da) = 0
+    NS  Neimark-Sacker        prod_{i<j} (mu_i mu_j - 1) = 0 at a complex pair
+
+On a symmetric orbit the eigenvalues of the half-period map (with the symmetry applied) take the
+place of the multipliers: -1 is then the breaking of the symmetry. Source: Kuznetsov, Elements of
+Applied Bifurcation Theory, section 10.2 (test functions).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
+import attrs
 import numpy as np
 
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
-SPECIAL_POINTS = {
-    "LP": "fold",
-    "PD": "period doubling",
-    "NS": "Neimark-Sacker",
-    "BP": "branch point",
-}
+CONFIRMED = 1e-7  # of a critical multiplier: what a point may be off by and still is reported
+NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
+REAL = 1e-9  # imaginary part below which a multiplier is a real one
+TINY = 1e-300  # keeps the logarithm of zero finite
+
+Condition = Literal["turn", "flip", "unit", "circle"]
+
+
+@attrs.frozen
+class Kind:
+    """A kind of bifurcation: a row of the table.
+
+    code : "LP", ... as `SpecialPoint.type` has it
+    condition : what becomes critical: the rate turns, a multiplier is -1 ("flip") or 1 ("unit"), or
+        a complex pair has modulus 1 ("circle")
+    multipliers : how many become critical
+    period_factor : of the branches that leave it, in periods of its own; 0 where none does
+    marker : with which plots draw it (a name of Matplotlib's)
+    """
+
+    code: str
+    name: str
+    condition: Condition
+    multipliers: int
+    period_factor: int
+    marker: str
+
+    @property
+    def branches(self) -> bool:
+        """Whether branches leave it."""
+        return self.period_factor > 0
+
+    @property
+    def at_ends(self) -> bool:
+        """Whether the end of a branch that bifurcates looks like it: the branch is symmetric about
+        what it leaves.
+        """
+        return self.condition in ("turn", "unit")
+
+    def distance(self, multipliers: Numbers) -> float:
+        """Of the critical multiplier from where it belongs; multipliers (2L,) of a whole period."""
+        if self.condition == "circle":
+            complex_ones = multipliers[np.abs(multipliers.imag) > REAL]
+            return float(np.abs(np.abs(complex_ones) - 1).min(initial=np.inf))
+        return float(np.abs(multipliers - TARGETS[self.condition]).min())
+
+    def crossing(self, multipliers: Numbers) -> float:
+        """A number that changes sign where it happens (not for a turn, which is the branch's)."""
+        if self.condition == "circle":
+            return pairs_outside(multipliers) - 0.5
+        return determinant(multipliers, TARGETS[self.condition])
+
+
+TARGETS = {"turn": 1.0, "unit": 1.0, "flip": -1.0}
+FOLD = Kind("LP", "fold", "turn", 1, 0, "s")
+DOUBLING = Kind("PD", "period doubling", "flip", 1, 2, "D")
+TORUS = Kind("NS", "Neimark-Sacker", "circle", 2, 0, "o")
+BRANCHING = Kind("BP", "branch point", "unit", 1, 1, "^")
+KINDS = {kind.code: kind for kind in (FOLD, DOUBLING, TORUS, BRANCHING)}
+CROSSED = {kind.condition: kind for kind in (DOUBLING, BRANCHING, TORUS)}  # by multipliers
+
+
+def crossed_kind(condition: Condition, symmetric: bool) -> Kind:
+    """What happens where multipliers, or those of half a period of a symmetric orbit, cross."""
+    return BRANCHING if symmetric and condition == "flip" else CROSSED[condition]
+
+
+def conditions(modes: int) -> tuple[Condition, ...]:
+    """What the multipliers of so many modes may do; of one mode a pair is always inside."""
+    return tuple(c for c, kind in CROSSED.items() if kind.multipliers <= modes)
 
 
 def signed_log_product(factors: Numbers) -> tuple[Array, Array]:
     """Sign and log modulus of the (real) product over the last axis."""
-    sizes = np.abs(factors)
-    logs = np.log(np.maximum(sizes, 1e-300)).sum(axis=-1)
+    logs = np.log(np.maximum(np.abs(factors), TINY)).sum(axis=-1)
     signs = np.where(np.cos(np.angle(factors).sum(axis=-1)) >= 0, 1.0, -1.0)
     return signs, logs
 
 
-def test_function(kind: str, eigenvalues: Numbers, slopes: Array) -> tuple[Array, Array]:
-    """Sign and log modulus of the test function "flip", "unit" or "torus" at points with
-    eigenvalues (n, 2L).
+def test_function(condition: Condition, eigenvalues: Numbers, slopes: Array) -> tuple[Array, Array]:
+    """Sign and log modulus of the test function of a condition at points with eigenvalues (n, 2L)
+    and slopes (n,) of the rate.
     """
-    if kind == "flip":
-        return signed_log_product(eigenvalues + 1.0)
-    if kind == "unit":
-        signs, logs = signed_log_product(eigenvalues - 1.0)
-        return signs * np.where(slopes >= 0, 1.0, -1.0), logs - np.log(
-            np.maximum(np.abs(slopes), 1e-300)
-        )
-    first, second = np.triu_indices(eigenvalues.shape[-1], 1)
-    return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - 1.0)
+    if condition == "circle":
+        first, second = np.triu_indices(eigenvalues.shape[-1], 1)
+        return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - 1.0)
+    signs, logs = signed_log_product(eigenvalues - TARGETS[condition])
+    if condition == "unit":
+        signs = signs * np.where(slopes >= 0, 1.0, -1.0)
+        logs = logs - np.log(np.maximum(np.abs(slopes), TINY))
+    return signs, logs
 
 
-CONFIRMED = 1e-7
-NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
-
-
-def critical_distance(kind: str, multipliers: Array) -> float:
-    """Distance of the critical multiplier from where the type of bifurcation wants it."""
-    if kind == "PD":
-        return float(np.abs(multipliers + 1).min())
-    if kind == "NS":
-        complex_ones = multipliers[np.abs(multipliers.imag) > 1e-9]
-        return float(np.abs(np.abs(complex_ones) - 1).min(initial=np.inf))
-    return float(np.abs(multipliers - 1).min())
-
-
-def test_value(kind: str, symmetric: bool) -> Callable[[Array, float], float]:
+def critical_value(kind: Kind, symmetric: bool) -> Callable[[Numbers, float], float]:
     """A smooth function of the eigenvalues (2L,) and the slope of the rate that is zero at the
     point.
 
@@ -62,13 +122,14 @@ def test_value(kind: str, symmetric: bool) -> Callable[[Array, float], float]:
     """
     chosen: dict[str, float] = {}
 
-    def torus(eigenvalues: Numbers, slope: float) -> float:
+    def on_circle(eigenvalues: Numbers, slope: float) -> float:
         return _pair_growth(eigenvalues)
 
     def at_target(eigenvalues: Numbers, slope: float) -> float:
         if not chosen:
             flip, unit = (np.abs(eigenvalues - target).min() for target in (-1.0, 1.0))
-            chosen["target"] = -1.0 if kind == "PD" or (symmetric and flip < unit) else 1.0
+            flips = kind.condition == "flip" or (symmetric and flip < unit)
+            chosen["target"] = -1.0 if flips else 1.0
             factors = np.sort(np.abs(eigenvalues - chosen["target"]))
             chosen["unit"] = float(np.prod(factors[1:]))
         value = float(np.prod(eigenvalues - chosen["target"]).real) / chosen["unit"]
@@ -78,16 +139,16 @@ def test_value(kind: str, symmetric: bool) -> Callable[[Array, float], float]:
             raise ContinuationError("a fold at the very place")
         return value / slope  # a fold next to a branch point is none of its zeros
 
-    return torus if kind == "NS" else at_target
+    return on_circle if kind.condition == "circle" else at_target
 
 
 def _pair_growth(eigenvalues: Numbers) -> float:
     """log |mu_1 mu_2| of the pair closest to the circle: conjugates, or the real pair they
     become.
     """
-    pairs = eigenvalues[eigenvalues.imag > 1e-9]
+    pairs = eigenvalues[eigenvalues.imag > REAL]
     products = list(np.abs(pairs) ** 2)
-    real = np.sort(eigenvalues.real[np.abs(eigenvalues.imag) <= 1e-9])
+    real = np.sort(eigenvalues.real[np.abs(eigenvalues.imag) <= REAL])
     products += [a * b for a, b in zip(real[:-1], real[1:]) if a * b > 0 and b - a < NEAR]
     if not products:
         raise ContinuationError("no complex pair in the neighbourhood")
@@ -95,7 +156,13 @@ def _pair_growth(eigenvalues: Numbers) -> float:
     return float(sizes[np.abs(sizes).argmin()])
 
 
-def determinant(multipliers: Array, at: float) -> float:
+def determinant(multipliers: Numbers, at: float) -> float:
     """Sign and size of det(M - at I), damped so that large multipliers do not hide its zero."""
     values = multipliers - at
     return float(np.prod(values / (1 + np.abs(values))).real)
+
+
+def pairs_outside(multipliers: Numbers) -> float:
+    """Complex pairs of multipliers (2L,) outside the unit circle."""
+    outside = (np.abs(multipliers.imag) > REAL) & (np.abs(multipliers) > 1)
+    return float(outside.sum() // 2)

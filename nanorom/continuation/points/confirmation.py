@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.continuation.branches.path import Path
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
-from nanorom.continuation.orbits.bifurcations import CONFIRMED, critical_distance, test_value
+from nanorom.continuation.orbits.bifurcations import CONFIRMED, FOLD, Kind, critical_value
 from nanorom.continuation.orbits.floquet import FloquetSolver
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
 from nanorom.continuation.orbits.shooting import Shooting
@@ -34,14 +34,14 @@ WINDOW = 0.2  # of the step in which the point was found
 class Polished:
     """A confirmed special point: the orbit and its multipliers (2L,) over the whole period."""
 
-    type: str
+    kind: Kind
     orbit: Orbit
     multipliers: Array
 
     def is_same(self, other: Polished) -> bool:
         """Whether two places on a path led to one point."""
         near = abs(self.orbit.omega - other.orbit.omega) < SAME * self.orbit.omega
-        return self.type == other.type and near and same_orbit(self.orbit, other.orbit)
+        return self.kind is other.kind and near and same_orbit(self.orbit, other.orbit)
 
 
 def polish(
@@ -55,16 +55,16 @@ def polish(
     for _ in range(ROUNDS):
         try:
             nearby = _expand_again(tracer, series, a - shift)
-            series, a = nearby, _zero(detected.type, nearby, floquet, tracer, window, shift)
+            series, a = nearby, _zero(detected.kind, nearby, floquet, tracer, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
-            if shift or detected.type == "LP":
+            if shift or detected.kind is FOLD:
                 return None
             shift = ASIDE * window
             continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
-        distance = critical_distance(detected.type, shot.multipliers)
+        distance = detected.kind.distance(shot.multipliers)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
         # where multipliers change fast, or meet, less than the defect allowed makes them differ
@@ -72,7 +72,7 @@ def polish(
             break
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
-    return Polished(detected.type, orbit, shot.multipliers)
+    return Polished(detected.kind, orbit, shot.multipliers)
 
 
 def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
@@ -89,7 +89,7 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
 
 
 def _zero(
-    kind: str,
+    kind: Kind,
     series: Series,
     floquet: FloquetSolver,
     tracer: Tracer,
@@ -97,7 +97,7 @@ def _zero(
     around: float,
 ) -> float:
     """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
-    if kind == "LP":
+    if kind is FOLD:
         roots = series.folds(-window, window)
         if not roots:
             raise ContinuationError("no fold in the neighbourhood")
@@ -105,7 +105,7 @@ def _zero(
 
     symmetric = floquet.signs(tracer.support) is not None
 
-    test = test_value(kind, symmetric)
+    test = critical_value(kind, symmetric)
 
     def critical(points: list[float]) -> list[float]:
         if max(abs(a) for a in points) > series.length:

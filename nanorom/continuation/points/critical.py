@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from nanorom.continuation.orbits.balance import HarmonicBalance
+from nanorom.continuation.orbits.bifurcations import FOLD, TORUS, Kind
 from nanorom.continuation.orbits.harmonics import Support, basis_for, full_support
 from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
@@ -31,25 +32,25 @@ class CriticalBalance:
         origin: ScaledSystem,
         change: ScaledSystem,
         support: Support,
-        kind: str,
+        kind: Kind,
         multiple: int,
         harmonics: int,
     ) -> None:
         self.origin, self.change, self.kind = origin, change, kind
         self.basis = basis_for(support, harmonics, multiple)
         self.border: tuple[Array, Array] | None = None
-        factor = self.factor = 2 if kind == "PD" else 1
+        factor = self.factor = max(kind.period_factor, 1)
         inherited = support.stretch(factor)
-        if kind == "LP":
+        if kind is FOLD:
             self.wide, self.chosen = self.basis, np.arange(self.basis.size)
         else:
             wide = full_support(origin, multiple * factor)
             self.wide = basis_for(wide, harmonics * factor, multiple * factor)
             inside = inherited.rows_mask(harmonics * factor).ravel()
-            self.chosen = np.arange(self.wide.size) if kind == "NS" else np.flatnonzero(~inside)
+            self.chosen = np.arange(self.wide.size) if kind is TORUS else np.flatnonzero(~inside)
             if not len(self.chosen):
                 raise ContinuationError(
-                    f"parameter: with it the orbits have no symmetry that a {kind} could break"
+                    f"parameter: with it the orbits have no symmetry that a {kind.code} could break"
                 )
         self.to_wide = self._embedding()
 
@@ -82,7 +83,7 @@ class CriticalBalance:
         """g (real and imaginary part for NS) and its gradient."""
         n, wide = self.basis.size, self.wide
         rate, level = float(z[n]) / self.factor, float(z[n + 1])
-        shift = float(z[n + 2]) if self.kind == "NS" else 0.0
+        shift = float(z[n + 2]) if self.kind is TORUS else 0.0
         flat = np.zeros(wide.shape[0] * wide.shape[1])
         if wide is self.basis:
             x = wide.unpack(z[:n])
@@ -108,7 +109,7 @@ class CriticalBalance:
         if operator.has_loss:
             gradient[n] -= self._loss_term(operator, x, left, right, turned) / self.factor
         gradient[n + 1] = -(w @ self._matrix(by_level, x, rate, shift) @ v)
-        if self.kind != "NS":
+        if self.kind is not TORUS:
             return np.array([g.real]), gradient.real[None]
         by_shift = rate**2 * (2j * first - 2 * shift * right)
         by_shift = by_shift + 1j * rate * (right @ operator.damping_t)
@@ -123,7 +124,7 @@ class CriticalBalance:
         matrix = operator.jacobian_t(x, rate).T
         if self.wide.unknowns is None:
             matrix = matrix[np.ix_(self.chosen, self.chosen)]
-        return matrix + self._shifted(operator, x, rate, shift) if self.kind == "NS" else matrix
+        return matrix + self._shifted(operator, x, rate, shift) if self.kind is TORUS else matrix
 
     def _null_vectors(self, matrix: Array) -> tuple[Array, Array, complex]:
         """Right and left vectors and g of the bordered operator; the borders follow the vectors."""

@@ -1,13 +1,7 @@
-"""Special points of a path: smooth test functions, detection without stepping over pairs, location.
+"""Special points of a path: detection without stepping over pairs, and location.
 
-    LP  fold                  d rate / da = 0 (roots of a polynomial in every step)
-    PD  period doubling       prod (mu_i + 1) = 0
-    BP  branch point          prod (mu_i - 1) / (d rate / da) = 0
-    NS  Neimark-Sacker        prod_{i<j} (mu_i mu_j - 1) = 0 at a complex pair
-
-On a symmetric orbit the eigenvalues of the half-period map (with the symmetry applied) take the
-place of the multipliers: -1 is then the breaking of the symmetry. Source: Kuznetsov, Elements of
-Applied Bifurcation Theory, section 10.2 (test functions).
+The conditions and their test functions are those of `orbits.bifurcations`; folds are roots of a
+polynomial in every step.
 """
 
 from __future__ import annotations
@@ -18,7 +12,15 @@ import numpy as np
 from scipy.optimize import brentq
 
 from nanorom.continuation.branches.path import Path, Place
-from nanorom.continuation.orbits.bifurcations import test_function
+from nanorom.continuation.orbits.bifurcations import (
+    CROSSED,
+    FOLD,
+    Condition,
+    Kind,
+    conditions,
+    crossed_kind,
+    test_function,
+)
 from nanorom.types import Array, Numbers
 
 ROUNDS = 8
@@ -38,12 +40,12 @@ LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 class Detected:
     """A special point of a path, before it is polished and confirmed.
 
-    bracket: test function and points around a place that is estimated only.
+    bracket: condition and points around a place that is estimated only.
     """
 
-    type: str
+    kind: Kind
     place: Place
-    bracket: tuple[str, Place, Place] | None = None
+    bracket: tuple[Condition, Place, Place] | None = None
 
 
 class Detector:
@@ -62,7 +64,7 @@ class Detector:
         self.positions = np.empty(0)
         self.maps = np.empty((0, size, size))
         self.eigenvalues = np.empty((0, size), dtype=complex)
-        self.kinds = ("flip", "unit", "torus") if path.tracer.system.size > 1 else ("flip", "unit")
+        self.conditions = conditions(path.tracer.system.size)
         self._between: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
         self._left_out: dict[tuple[float, ...], float] = {}
         self._insert(path.initial_places())
@@ -78,8 +80,8 @@ class Detector:
             if not self._insert(wanted):
                 break
         found = self._folds()
-        for kind in self.kinds:
-            found += self._roots(kind)
+        for condition in self.conditions:
+            found += self._roots(condition)
         return sorted(found, key=lambda point: self.path.position(point.place))
 
     def _insert(self, places: list[Place]) -> bool:
@@ -131,8 +133,8 @@ class Detector:
         exact = np.isin(samples, self.positions)
         number = np.cumsum(exact)  # of the interval that begins at a sample
         wanted: list[float] = []
-        for kind in self.kinds:
-            signs, logs = test_function(kind, eigenvalues, slopes)
+        for condition in self.conditions:
+            signs, logs = test_function(condition, eigenvalues, slopes)
             changes = np.flatnonzero(signs[1:] != signs[:-1])
             # one between two points is a root to be located, more of them want points between
             interval, count = np.unique(number[changes], return_counts=True)
@@ -212,22 +214,22 @@ class Detector:
     def _folds(self) -> list[Detected]:
         found = []
         for number, step in enumerate(self.path.steps):
-            found += [Detected("LP", Place(number, a)) for a in step.folds(step.start, step.length)]
+            found += [Detected(FOLD, Place(number, a)) for a in step.folds(step.start, step.length)]
         return found
 
-    def _roots(self, kind: str) -> list[Detected]:
+    def _roots(self, condition: Condition) -> list[Detected]:
         slopes = self.path.rate_slopes(self.positions)
-        signs, _ = test_function(kind, self.eigenvalues, slopes)
+        signs, _ = test_function(condition, self.eigenvalues, slopes)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
-            if kind == "torus" and _neutral(*self.eigenvalues[i : i + 2]):
+            if condition == "circle" and _neutral(*self.eigenvalues[i : i + 2]):
                 continue
             ends = self.places[i], self.places[i + 1]
-            point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
+            point = self._classify(condition, self._estimate(condition, i), GOOD_ESTIMATE)
             if point is not None:
-                point = replace(point, bracket=(kind, *ends))
+                point = replace(point, bracket=(condition, *ends))
             else:
-                point = self._located(kind, *ends)
+                point = self._located(condition, *ends)
             if point is not None:
                 found.append(point)
         return found
@@ -236,11 +238,11 @@ class Detector:
         """The same point from exact multipliers, if it was an estimate."""
         return None if detected.bracket is None else self._located(*detected.bracket)
 
-    def _located(self, kind: str, low: Place, high: Place) -> Detected | None:
-        place = self._locate(kind, low, high)
-        return self._classify(kind, place, ROOT_TOLERANCE) if place else None
+    def _located(self, condition: Condition, low: Place, high: Place) -> Detected | None:
+        place = self._locate(condition, low, high)
+        return self._classify(condition, place, ROOT_TOLERANCE) if place else None
 
-    def _estimate(self, kind: str, number: int) -> Place:
+    def _estimate(self, condition: Condition, number: int) -> Place:
         """Where the interpolated test function is zero after a point: exact at the points, it has
         their signs.
         """
@@ -251,7 +253,7 @@ class Detector:
             weights = _lagrange(s[near], np.array([position]))[0]
             eigenvalues = np.linalg.eigvals(np.tensordot(weights, self.maps[near], axes=1))[None]
             slope = self.path.rate_slope(self.path.place(position))
-            signs, logs = test_function(kind, eigenvalues, np.array([slope]))
+            signs, logs = test_function(condition, eigenvalues, np.array([slope]))
             return float(signs[0] * np.exp(np.clip(logs[0], -600, 600)))
 
         low, high = s[number], s[number + 1]
@@ -260,7 +262,7 @@ class Detector:
         except ValueError:  # round-off: a point is itself the zero
             return self.path.place(low)
 
-    def _locate(self, kind: str, low: Place, high: Place) -> Place | None:
+    def _locate(self, condition: Condition, low: Place, high: Place) -> Place | None:
         step = low.step
         last = high.a if high.step == step else self.path.steps[step].length
         reference: float | None = None
@@ -269,7 +271,8 @@ class Detector:
             nonlocal reference
             place = Place(step, a)
             eigenvalues = self.path.maps([place])[1]
-            signs, logs = test_function(kind, eigenvalues, np.array([self.path.rate_slope(place)]))
+            slope = np.array([self.path.rate_slope(place)])
+            signs, logs = test_function(condition, eigenvalues, slope)
             if reference is None:
                 reference = float(logs[0])
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -600, 600)))
@@ -281,18 +284,13 @@ class Detector:
         except ValueError:
             return None
 
-    def _classify(self, kind: str, place: Place, tolerance: float) -> Detected | None:
-        """The type of a root, or nothing where the test function vanishes for another reason."""
+    def _classify(self, condition: Condition, place: Place, tolerance: float) -> Detected | None:
+        """The kind of a root, or nothing where the test function vanishes for another reason (a
+        real pair with product one is a neutral saddle, not a torus).
+        """
         eigenvalues = self.path.maps([place])[1][0]
-        if kind == "flip":
-            close = np.abs(eigenvalues + 1).min() < tolerance
-            return Detected("BP" if self.path.symmetric else "PD", place) if close else None
-        if kind == "unit":
-            return Detected("BP", place) if np.abs(eigenvalues - 1).min() < tolerance else None
-        # a real pair with product one is a neutral saddle, not a torus
-        complex_ones = eigenvalues[np.abs(eigenvalues.imag) > 1e-6]
-        close = np.abs(np.abs(complex_ones) - 1).min(initial=np.inf) < tolerance
-        return Detected("NS", place) if close else None
+        close = CROSSED[condition].distance(eigenvalues) < tolerance
+        return Detected(crossed_kind(condition, self.path.symmetric), place) if close else None
 
 
 def _stencil(positions: Array, centre: float, count: int) -> Numbers:

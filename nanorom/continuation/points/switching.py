@@ -12,6 +12,7 @@ from nanorom.continuation.branches.rational import real_roots
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
+from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.harmonics import (
     Support,
     basis_for,
@@ -47,10 +48,10 @@ class Bifurcation:
     """A branch that leaves another one in a direction that breaks a symmetry of the parent."""
 
     def __init__(
-        self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: str, settings: Settings
+        self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: Kind, settings: Settings
     ) -> None:
-        self.doubles = kind == "PD"
-        factor = 2 if self.doubles else 1
+        factor = kind.period_factor
+        self.doubles = factor > 1
         self.orbit = Orbit(
             stretch(orbit.coefficients, factor), orbit.rate / factor, orbit.period_multiple * factor
         )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nanorom.fem.statics import path
-from tests.fem_shell import sze_cases
+from tests.fem.models import sze_cases
 
 PUBLISHED = 0.01  # of the published load-deflection tables
 EXACT = 1e-3  # of the elastica under a moment; a shell of this thickness stretches a little

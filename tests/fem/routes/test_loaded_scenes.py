@@ -20,7 +20,7 @@ from nanorom.scene.scene import (
     Scene,
 )
 from nanorom.scene.support import Support
-from tests.fem_loaded.radial import Disc as Reference
+from tests.fem.radial import Disc as Reference
 
 SPECTRAL = 1e-6
 ROUTES = 1e-5  # of STEP at its amplitude

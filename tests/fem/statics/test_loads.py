@@ -13,8 +13,8 @@ from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import coupled as coupled_modes
 from nanorom.fem.statics import loads
 from nanorom.fem.statics import path as loadpath
-from tests.fem_loaded.drums import NU, centre, drum
-from tests.fem_loaded.radial import Disc
+from tests.fem.drums import NU, centre, drum
+from tests.fem.radial import Disc
 
 ROUND_OFF = 1e-9
 

@@ -1,3 +1,5 @@
+"""A file is there whole or not at all, whatever becomes of the process that writes it."""
+
 import os
 import platform
 import re

@@ -9,8 +9,8 @@ from nanorom.fem.modes.normal import normalise
 from nanorom.fem.statics import loads, path
 from nanorom.fem.tensors import loaded as loadeds
 from nanorom.fem.tensors import step as stiffness_evaluation
-from tests.fem_loaded.drums import NU, centre, drum
-from tests.fem_loaded.radial import Disc
+from tests.fem.drums import NU, centre, drum
+from tests.fem.radial import Disc
 
 SPECTRAL = 1e-5  # asked of centre deflection and frequencies
 ROUTES = 1e-7  # direct against STEP: round-off over the amplitude

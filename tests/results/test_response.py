@@ -1,9 +1,15 @@
+"""Responses of a model: levels in order, sound files, and levels that are not computed again."""
+
+import attrs
 import h5py
 import numpy as np
 import pytest
 
-from nanorom.continuation import explore_each
+from nanorom.continuation import Unexplored, explore_each
 from nanorom.errors import FileError, ModelError, SceneError
+from nanorom.plots.response import response_figure
+from nanorom.report.summary import of_response
+from nanorom.report.text import response_text
 from nanorom.results.respond import respond
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
@@ -175,3 +181,31 @@ def test_unsound_file_gives_one_line_that_names_the_cause(tmp_path, response, da
         Response.load(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert "\n" not in str(caught.value)
+
+
+def test_what_was_not_explored_is_kept_and_told(duffing, tmp_path):
+    found = respond(duffing, Drive(4e-3), Sweep("0.9 f1", "1.2 f1"))
+    left = Unexplored("branch", 1.1, "it could not be started")
+    diagram = attrs.evolve(found.diagrams[0], unexplored=[left])
+    response = attrs.evolve(found, diagrams=(diagram,))
+    response.save(tmp_path / "response.h5")
+    read = Response.load(tmp_path / "response.h5")
+    assert read.diagrams[0].unexplored == [left]
+    text = response_text(read)
+    assert "1 not explored" in text
+    assert left.why in text
+    assert of_response(read)["response"][0]["unexplored"] == [
+        {"kind": left.kind, "frequency_Hz": left.omega / (2 * np.pi), "why": left.why}
+    ]
+    figure = response_figure(read)
+    crosses = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert len(crosses) == 1
+    assert "not explored" in [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+
+
+def test_a_file_of_before_says_nothing_of_what_was_not_explored(response, tmp_path):
+    response.save(tmp_path / "response.h5")
+    with h5py.File(tmp_path / "response.h5", "r+") as file:
+        for level in file["level"].values():
+            del level["unexplored"]
+    assert [d.unexplored for d in Response.load(tmp_path / "response.h5").diagrams] == [[], []]

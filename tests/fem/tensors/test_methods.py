@@ -22,7 +22,7 @@ from nanorom.scene.scene import (
 )
 from nanorom.scene.support import Support
 
-MESHES = Path(__file__).parents[2] / "meshes"
+MESHES = Path(__file__).parents[3] / "meshes"
 ROUTES = 1e-9  # of the largest entry
 PLATEAU = 1e-8  # spread over amplitudes, of the largest entry
 THICKNESS = 10e-9

@@ -13,7 +13,7 @@ from nanorom.fem.modes.normal import normalise
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics.problem import StaticProblem
 from nanorom.fem.tensors import amplitude, direct, shell_cases
-from tests.fem_loaded.drums import drum
+from tests.fem.drums import drum
 
 NU, BENDING, DEGREE = 0.3, 0.3, 5
 THICKNESSES = (0.04, 0.02)  # of the radius

@@ -9,7 +9,7 @@ from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.load import Load
 from nanorom.scene.scene import Accuracy, Modes, Reduction
 from nanorom.scene.support import Spring, Support
-from tests.fem_loaded.test_scenes import RADIUS, TENSION, drum
+from tests.fem.routes.test_loaded_scenes import RADIUS, TENSION, drum
 
 THICKNESS = 4e-8  # T R^2/D = 1: no layer at the edge that coarse meshes would miss
 POTENTIAL = 1e-6  # asymmetry of the tensors that STEP finds

@@ -10,7 +10,7 @@ from nanorom.results.loadcurve import LoadCurve
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Accuracy, Modes
-from tests.fem_loaded.test_scenes import RADIUS, TENSION, THICKNESS, UNIT, drum
+from tests.fem.routes.test_loaded_scenes import RADIUS, TENSION, THICKNESS, UNIT, drum
 
 ROUGH = Accuracy(degree=5, mesh_size=RADIUS / 2)
 EXACT_PULL_IN = 0.7892  # V^2 eps0 R^2/(2 T g^3): Pelesko and Bernstein 2002, table 7.1

@@ -1,3 +1,5 @@
+"""`rom.h5` gives back the model to the last bit, and what is unsound is refused in one line."""
+
 import json
 import re
 

@@ -14,7 +14,7 @@ from nanorom.continuation import (
     SpecialPoint,
     explore,
 )
-from nanorom.continuation.orbits.bifurcations import test_value
+from nanorom.continuation.orbits.bifurcations import BRANCHING, TORUS, critical_value
 from nanorom.continuation.points.detection import _may_meet, _neutral
 
 FEW_POINTS = 100  # a loop of some ten series steps; one of tiny steps has a thousand and more
@@ -131,10 +131,10 @@ def test_critical_functions_are_smooth_where_two_multipliers_meet() -> None:
     parameter = np.linspace(-1e-3, 1e-3, 9)
     pairs = [np.roots([1.0, -2.0 - 1e-4, 1.0 + 1e-4 + a]) for a in parameter]  # (mu - 1)^2 ...
     far = np.array([0.3 + 0.4j, 0.3 - 0.4j])
-    unit = test_value("BP", symmetric=False)
+    unit = critical_value(BRANCHING, symmetric=False)
     values = [unit(np.append(pair, far), 1.0) for pair in pairs]
     np.testing.assert_allclose(np.array(values) / values[-1], parameter / 1e-3, atol=1e-9)
-    torus = test_value("NS", symmetric=False)
+    torus = critical_value(TORUS, symmetric=False)
     growth = [torus(np.append(pair, far), 1.0) for pair in pairs]
     np.testing.assert_allclose(growth, np.log1p(1e-4 + parameter), atol=1e-9)
 

@@ -13,7 +13,7 @@ from nanorom.fem.mesh import mesh
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Mirrors
 
-MESHES = Path(mesh.__file__).parents[1] / "meshes"
+MESHES = Path(__file__).parents[3] / "meshes"
 HALF_SQUARE = """$MeshFormat
 2.2 0 8
 $EndMeshFormat

@@ -1,3 +1,5 @@
+"""What an interrupted computation left is found again bit for bit, or is as good as none."""
+
 import platform
 import subprocess
 import sys

@@ -1,3 +1,5 @@
+"""The reduced model: its forces derive from its energy, and arrays that do not fit are refused."""
+
 import numpy as np
 import pytest
 from hypothesis import given

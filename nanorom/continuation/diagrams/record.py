@@ -1,0 +1,238 @@
+"""What has been found at one drive level: traced branches become branches of a diagram, with their
+special points; what could not be followed is noted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import attrs
+import numpy as np
+
+from nanorom.continuation.branches.path import Path, Place
+from nanorom.continuation.branches.series import Series
+from nanorom.continuation.branches.shooting_branch import Takeover
+from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
+from nanorom.continuation.diagrams.isolas import is_near
+from nanorom.continuation.orbits.bifurcations import Kind
+from nanorom.continuation.orbits.floquet import FloquetSolver, sort_multipliers
+from nanorom.continuation.orbits.orbit import (
+    Orbit,
+    PeriodicOrbit,
+    orbit_amplitudes,
+    orbit_state,
+)
+from nanorom.continuation.orbits.shooting import Shooting
+from nanorom.continuation.points.confirmation import Polished, polish
+from nanorom.continuation.points.detection import Detector
+from nanorom.continuation.points.switching import Bifurcation
+from nanorom.continuation.settings import Settings
+from nanorom.continuation.system import ScaledSystem, without_round_off
+from nanorom.types import Array
+
+TRUNCATION = 1e-11  # of multipliers that only tell where points are; confirmation has finer ones
+LAST_PART = 0.9  # of the last step, where shooting takes the direction from
+UNFINISHED = {  # endings of branches that go on
+    "lost": "the branch goes on, but could not be followed",
+    "harmonics": "the branch goes on, but asks for more harmonics than allowed",
+    "steps": "the branch goes on after the most steps allowed",
+}
+
+
+@attrs.define(eq=False)
+class Node:
+    """A special point that a branch may leave."""
+
+    point: SpecialPoint
+    kind: Kind
+    orbit: Orbit
+    path: Path
+    generation: int
+    switched: bool = False
+    reached: bool = False  # by a branch that starts elsewhere
+
+
+class Record:
+    """Branches and special points of one level, in the units of the model, as they are found."""
+
+    def __init__(
+        self, scaled: ScaledSystem, omega: tuple[float, float], settings: Settings
+    ) -> None:
+        self.scaled, self.settings = scaled, settings
+        low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
+        self.range = (low, high)
+        self.floquet = FloquetSolver(scaled, truncation=TRUNCATION)
+        self.precise = FloquetSolver(scaled)
+        self.shooting = Shooting(scaled)
+        self.paths: list[Path] = []
+        self.branches: list[Branch] = []
+        self.points: list[SpecialPoint] = []
+        self.nodes: list[Node] = []
+        self.unexplored: list[Unexplored] = []
+        self.known: list[Branch] = []  # followed before: their paths are not at hand
+
+    def begin_with(self, diagram: Diagram) -> None:
+        """Go on from what was found before."""
+        self.known = list(diagram.branches)
+        self.branches, self.points = list(diagram.branches), list(diagram.special_points)
+        self.unexplored = list(diagram.unexplored)
+
+    def diagram(self, direct: float, parametric: float) -> Diagram:
+        return Diagram(self.branches, self.points, direct, parametric, self.unexplored)
+
+    def leave(self, kind: str, omega: float, why: object) -> None:
+        """Note what is not explored, at a frequency of the scaled system."""
+        noted = Unexplored(kind, omega * self.scaled.frequency, str(why))
+        if noted not in self.unexplored:
+            self.unexplored.append(noted)
+
+    def rates(self, period_multiple: int, bifurcated: bool) -> tuple[float, float]:
+        """How far a branch is followed: those that bifurcate may leave the range."""
+        low, high = self.range
+        reach = self.settings.reach if bifurcated else 1.0
+        return low / reach / period_multiple, high * reach / period_multiple
+
+    def is_new(self, orbit: Orbit) -> bool:
+        """Whether an orbit lies on no branch found so far."""
+        given = self.given(orbit)
+        return not any(path.contains(orbit) for path in self.paths) and not any(
+            is_near(branch, given) for branch in self.known
+        )
+
+    def is_known(self, tracer: Tracer, steps: list[Series]) -> bool:
+        """Whether steps pass through the middle of a branch followed before."""
+        path = Path(tracer, self.floquet, steps)
+        return any(
+            path.contains(self.scaled_orbit(branch.orbit(len(branch) // 2)))
+            for branch in self.known
+        )
+
+    def given(self, orbit: Orbit) -> PeriodicOrbit:
+        """An orbit in the units of the model."""
+        coefficients = self.scaled.given(orbit.coefficients)
+        return PeriodicOrbit(
+            coefficients, orbit.omega * self.scaled.frequency, orbit.period_multiple
+        )
+
+    def scaled_orbit(self, orbit: PeriodicOrbit) -> Orbit:
+        rate = orbit.omega / self.scaled.frequency / orbit.period_multiple
+        return Orbit(self.scaled.inner(orbit.coefficients), rate, orbit.period_multiple)
+
+    def add(
+        self,
+        tracer: Tracer,
+        steps: list[Series],
+        origin: Node | None,
+        generation: int,
+        bifurcation: Bifurcation | None = None,
+    ) -> None:
+        """Find the special points of a traced branch and add both."""
+        path = Path(tracer, self.floquet, steps)
+        self.paths.append(path)
+        detector = Detector(path)
+        index = len(self.branches)
+        found = self._confirmed(path, detector)
+        self.branches.append(self._branch(path, detector.places, detector.eigenvalues, origin))
+        extent = bifurcation.extent(steps) if bifurcation else 0.0
+
+        def is_end(orbit: Orbit) -> bool:
+            return bifurcation is not None and bifurcation.is_end(orbit, extent)
+
+        taken_over: list[SpecialPoint] = []
+        if tracer.ending == "harmonics":
+            taken_over = self._take_over(path, index, is_end)
+        for polished in found:
+            if polished.kind.at_ends and is_end(polished.orbit):
+                continue
+            point = self._special_point(polished, index)
+            self.points.append(point)
+            if polished.kind.branches:
+                node = Node(point, polished.kind, polished.orbit, path, generation)
+                self.nodes.append(node)
+        self.points += taken_over
+        branch = self.branches[index]
+        if branch.ending in UNFINISHED:
+            end = float(branch.omega[-1]) / self.scaled.frequency
+            self.leave("ending", end, f"branch {index}: {UNFINISHED[branch.ending]}")
+
+    def _confirmed(self, path: Path, detector: Detector) -> list[Polished]:
+        """The special points of a path that stand up to shooting."""
+        found: list[Polished] = []
+        for detected in detector.find():
+            polished = polish(path, detected, self.precise, self.shooting)
+            exact = detector.located(detected) if polished is None else None
+            if exact is not None:
+                polished = polish(path, exact, self.precise, self.shooting)
+            if polished is not None and not any(polished.is_same(other) for other in found):
+                found.append(polished)
+        return found
+
+    def _take_over(
+        self, path: Path, index: int, is_end: Callable[[Orbit], bool]
+    ) -> list[SpecialPoint]:
+        """Go on by shooting where the harmonics do not suffice; branches do not switch there."""
+        tracer, last = path.tracer, path.steps[-1]
+        p = tracer.period_multiple
+        shooting = Takeover(self.scaled, p)
+        before, end = (tracer.orbit(last, part * last.length) for part in (LAST_PART, 1.0))
+        rates = self.rates(p, p > 1)
+        points, special, ending = shooting.follow(before, end, rates, self.settings.steps, is_end)
+        branch = self.branches[index]
+        branch.ending = ending
+        if points:
+            orbits = [shooting.orbit(point) for point in points]
+            multipliers = sort_multipliers(np.array([point.multipliers for point in points]))
+            omega = np.array([point.omega for point in points]) * self.scaled.frequency
+            amplitude = np.array([shooting.amplitudes(point) for point in points])
+            branch.omega = np.append(branch.omega, omega)
+            branch.amplitude = np.vstack([branch.amplitude, amplitude * self.scaled.amplitude])
+            branch.multipliers = np.vstack([branch.multipliers, multipliers])
+            branch.stable = np.append(branch.stable, np.abs(multipliers[:, 0]) < 1.0)
+            branch.coefficients += [self.scaled.given(orbit.coefficients) for orbit in orbits]
+        return [
+            self._special_point(Polished(kind, shooting.orbit(point), point.multipliers), index)
+            for kind, point in special
+        ]
+
+    def _branch(
+        self, path: Path, places: list[Place], eigenvalues: Array, origin: Node | None
+    ) -> Branch:
+        orbits = [path.orbit(place) for place in places]
+        coefficients = [self.scaled.given(orbit.coefficients) for orbit in orbits]
+        multipliers = sort_multipliers(eigenvalues**2 if path.symmetric else eigenvalues)
+        return Branch(
+            omega=np.array([orbit.omega for orbit in orbits]) * self.scaled.frequency,
+            amplitude=_amplitudes(coefficients),
+            stable=np.abs(multipliers[:, 0]) < 1.0,
+            multipliers=multipliers,
+            period_multiple=path.tracer.period_multiple,
+            parent=None if origin is None else origin.point.branch,
+            origin=None if origin is None else self.points.index(origin.point),
+            coefficients=coefficients,
+            ending=path.tracer.ending,
+        )
+
+    def _special_point(self, polished: Polished, index: int) -> SpecialPoint:
+        orbit = self.given(polished.orbit)
+        rate = polished.orbit.rate * self.scaled.frequency
+        return SpecialPoint(
+            type=polished.kind.code,
+            omega=orbit.omega,
+            amplitude=_amplitudes([orbit.coefficients])[0],
+            multipliers=sort_multipliers(polished.multipliers),
+            state=orbit_state(Orbit(orbit.coefficients, rate, orbit.period_multiple)),
+            branch=index,
+            period_multiple=orbit.period_multiple,
+            coefficients=orbit.coefficients,
+        )
+
+
+def _amplitudes(coefficients: Sequence[Array]) -> Array:
+    """max |q_r| over a period (n, L) of orbits (2H + 1, L), whose H differ."""
+    amplitude = np.empty((len(coefficients), coefficients[0].shape[1]))
+    sizes = np.array([len(c) for c in coefficients])
+    for size in np.unique(sizes):
+        members = np.flatnonzero(sizes == size)
+        amplitude[members] = orbit_amplitudes(np.stack([coefficients[i] for i in members]))
+    return amplitude
