@@ -23,6 +23,7 @@ MIRRORS = tuple(map(line, AXES))
 SHARE, SHARE_RATE = 2.0, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
 LARGEST_SHARE = 3.0
 CORNER_ERROR = 0.2  # of the energy's singular part where no cell shrinks
+SMALLEST_MOVING = 0.1  # size of cells that move by their size before: rounding errors grow
 LONGER = 1e-9  # edges that differ by less than this (relative) are as long
 STRAIGHT = 1e-3  # radians by which a straight side may turn
 
@@ -40,9 +41,15 @@ class Corners:
         """Longest edge of a cell by its distance from the nearest corner."""
         return min(LARGEST_SHARE, SHARE * (self.tolerance / 1e-6) ** (1 / SHARE_RATE))
 
+    @property
+    def cells_per_octave(self) -> float:
+        """About how many cells halve the size of those at a corner of 90 degrees: counted."""
+        return 4.5 if self.share > np.sqrt(2) else 16.0 / self.share
+
     def smallest(self, corner: Corner) -> float:
         """Size of the cells at a corner by their size before."""
-        return float((self.tolerance / CORNER_ERROR) ** (1 / corner.exponent(self.nu)))
+        size = float((self.tolerance / CORNER_ERROR) ** (1 / corner.exponent(self.nu)))
+        return max(size, SMALLEST_MOVING) if corner.moves else size
 
 
 @attrs.define(eq=False)

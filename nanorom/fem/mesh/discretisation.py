@@ -8,6 +8,7 @@ clamped plate bends; towards corners, where the solution is singular, cells shri
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import attrs
@@ -15,6 +16,7 @@ import numpy as np
 
 from nanorom.fem.mesh.corners import Corners
 from nanorom.fem.mesh.gmsh import MESHES, Grading
+from nanorom.fem.mesh.singular import Corner
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
 from nanorom.scene.geometry import (
     Disc,
@@ -260,5 +262,20 @@ def cells_of(chosen: Discretisation) -> int | None:
         counts = np.minimum(np.ceil(p["growth"] * np.arange(1, p["rings"] + 1)), p["sectors"] / 4)
         return int(p["quadrants"] * (2 * counts.sum() - counts[-1]))
     if "n_x" in p:
-        return int(2 * p["n_x"] * p["n_y"])
+        return int(2 * p["n_x"] * p["n_y"] + _corner_cells(chosen))
     return None
+
+
+def _corner_cells(chosen: Discretisation) -> float:
+    """About how many cells the corners of a rectangle add."""
+    if chosen.corners is None:
+        return 0.0
+    kind, octaves = chosen.corners.kind, 0.0
+    ends = [
+        [end for end in OPPOSITE[axis] if not (axis in chosen.mirrors.axes and end == half)]
+        for axis, half in (("x", "left"), ("y", "bottom"))
+    ]
+    for first, last in itertools.product(*ends):
+        corner = Corner(kind(first), kind(last), np.pi / 2)
+        octaves -= np.log2(chosen.corners.smallest(corner))
+    return octaves * chosen.corners.cells_per_octave

@@ -33,6 +33,14 @@ class Corner:
         """Error of the energy ~ (size of the cells at the corner)^exponent."""
         return 2 * min(self._in_plane(nu), self._bending(nu))
 
+    @property
+    def moves(self) -> bool:
+        """Whether the film moves at the corner: neither side holds its deflection."""
+        return not any(
+            kind.spring is None if isinstance(kind, Spring) else kind != "free"
+            for kind in (self.first, self.last)
+        )
+
     def _in_plane(self, nu: float) -> float:
         """Lowest exponent of the in-plane displacement: supports hold it, whatever their kind."""
         kappa = (3 - nu) / (1 + nu)
