@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nanorom.scene.load import Load
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Spring, Support
-    from nanorom.workflow import reduce, run, tune
+    from nanorom.workflow import full_orbit, reduce, run, tune
 
 _HOMES = {
     "errors": ("NanoromError",),
@@ -65,6 +65,7 @@ _HOMES = {
         "Support",
     ),
     "workflow": (
+        "full_orbit",
         "reduce",
         "run",
         "tune",
@@ -97,6 +98,7 @@ __all__ = [
     "Support",
     "Sweep",
     "Tension",
+    "full_orbit",
     "reduce",
     "respond",
     "run",

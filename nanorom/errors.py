@@ -17,6 +17,20 @@ class SolverError(NanoromError):
     """A linear, nonlinear or eigenvalue solve did not give a trustworthy result."""
 
 
+class LoadError(SolverError):
+    """A static load cannot be applied as a whole.
+
+    reached : the share of the load, or the load in its own unit, at the last state that was found.
+    """
+
+    def __init__(self, message: str, reached: float) -> None:
+        super().__init__(message, reached)
+        self.reached = reached
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 class ModelError(NanoromError):
     """The arrays of a reduced model do not fit together."""
 

@@ -22,7 +22,7 @@ def finite_elements() -> Iterator[None]:
             cause = cause.__cause__ or cause.__context__
         raise NanoromError(
             f"this needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
-            "use ./run or the container image"
+            "use ./run, pip install 'nanorom[fem]' (Linux) or the container image"
         ) from error
 
 

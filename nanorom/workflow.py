@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nanorom.files import partial
 from nanorom.files.whole import (
@@ -20,6 +20,10 @@ from nanorom.report import summary as summary_text
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from nanorom.continuation.orbits.orbit import PeriodicOrbit
+    from nanorom.verification.orbit import FullOrbit
 
 Progress = Callable[[str, int, int], None]  # stage, done, of how many
 
@@ -82,6 +86,23 @@ def tune(scene: Scene, points: int = 20, progress: Progress | None = None) -> Lo
     with finite_elements():
         from nanorom.fem.tuning import follow
     return follow(scene, points, progress)
+
+
+def full_orbit(
+    scene: Scene,
+    orbit: PeriodicOrbit,
+    direct: float | None = None,
+    parametric: float | None = None,
+    **options: Any,
+) -> FullOrbit:
+    """The film's own periodic orbit near one of its modal model, in all degrees of freedom.
+
+    `nanorom.verification.orbit.full_orbit` has the parameters and errors; NanoromError as well if
+    DOLFINx is not installed.  Under MPI each rank solves for itself.
+    """
+    with finite_elements():
+        from nanorom.verification import orbit as full
+    return full.full_orbit(scene, orbit, direct, parametric, **options)
 
 
 def run(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 
 import attrs
 import numpy as np
@@ -24,9 +24,10 @@ from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import loads, state
 from nanorom.fem.tensors import selection
+from nanorom.fem.tensors.cases import amplitudes_of, load_cases
 from nanorom.fem.tensors.flat_cases import FlatCases
 from nanorom.fem.tensors.loaded_cases import StaticCases
-from nanorom.fem.tensors.step import coefficients, load_cases
+from nanorom.fem.tensors.step import coefficients
 from nanorom.scene.scene import Scene
 
 TOLERANCE = 1e-6
@@ -105,7 +106,7 @@ def opposite_cases(scene: Scene) -> Saving:
 
     def forces(kind: type[Plan], cases: Callable) -> Callable[[], tuple[np.ndarray]]:
         modes = modes_of(scene, kind)
-        q = amplitudes(load_cases(count), count)
+        q = amplitudes_of(list(load_cases(count)), count, AMPLITUDE)
         return lambda: (cases(modes).nonlinear_force(q),)
 
     return compared(
@@ -123,7 +124,7 @@ def image_cases(scene: Scene) -> Saving:
     def tensor(signs: list[np.ndarray]) -> tuple[np.ndarray]:
         sources = selection.solved_for(load_cases(count), signs)
         solved = [case for case, (source, _) in sources.items() if source == case]
-        found = FlatCases(modes).nonlinear_force(amplitudes(solved, count))
+        found = FlatCases(modes).nonlinear_force(amplitudes_of(solved, count, AMPLITUDE))
         forces = dict(zip(solved, found.T))
         every = {case: signs * forces[source] for case, (source, signs) in sources.items()}
         return (coefficients(every, count, AMPLITUDE)[1],)
@@ -142,16 +143,6 @@ def modes_of(scene: Scene, kind: type[Plan]) -> Modes:
     plate = build.build_plate(MPI.COMM_SELF, scene, made.scales, chosen)
     modes, _ = names.name(scene, eigen.solve(plate, count))
     return normalise(modes.take(np.arange(count)))
-
-
-def amplitudes(cases: Iterable[selection.Case], count: int) -> np.ndarray:
-    """Modal amplitudes (L, m) of load cases."""
-    columns = []
-    for case in cases:
-        columns.append(np.zeros(count))
-        for mode, sign in case:
-            columns[-1][mode] = AMPLITUDE * sign
-    return np.column_stack(columns)
 
 
 def prestress(scene: Scene) -> Saving:

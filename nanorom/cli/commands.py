@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from nanorom.errors import FileError, NanoromError
+from nanorom.errors import NanoromError
 
 MOST_POINTS = 1000  # of a load curve
 
@@ -105,11 +105,10 @@ def tune_command(options: argparse.Namespace) -> None:
 
 
 def info_command(options: argparse.Namespace) -> None:
-    from nanorom.report import text as report
+    from nanorom.files import stored
 
     kind, content = _load(options.file)
-    texts: dict[str, Any] = {"rom": report.model_text, "response": report.response_text}
-    print(content.text() if kind == "curve" else texts[kind](content))
+    print(stored.call(kind.text, content))
 
 
 def respond_command(options: argparse.Namespace) -> None:
@@ -156,7 +155,8 @@ def export_command(options: argparse.Namespace) -> None:
 def identify_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_directory, make_directory
     from nanorom.measurement.data import Resonances
-    from nanorom.measurement.identify import USUAL, identify
+    from nanorom.measurement.identify import identify
+    from nanorom.measurement.unknowns import USUAL
     from nanorom.report import text as report
     from nanorom.scene.scene import Scene
 
@@ -176,6 +176,7 @@ def identify_command(options: argparse.Namespace) -> None:
 
 
 def plot_command(options: argparse.Namespace) -> None:
+    from nanorom.files import stored
     from nanorom.files.whole import check_directory, make_directory
 
     directory = options.file.parent if options.output is None else options.output
@@ -185,19 +186,9 @@ def plot_command(options: argparse.Namespace) -> None:
     if options.data is not None:
         from nanorom.measurement.data import MeasuredResponse
 
-        if kind == "rom":
-            raise FileError(f"{options.file}: --data goes with a response.h5, not with a model")
         measured = MeasuredResponse.from_file(options.data)
-    from nanorom import plots
-
     make_directory(directory)
-    if kind == "rom":
-        plots.mode_gallery(content, directory / "modes.png")
-    elif kind == "curve":
-        plots.load_curve(content, directory / options.file.with_suffix(".png").name)
-    else:
-        plots.response_figure(content, directory / "response.png", measured)
-        plots.amplitude_panels(content, directory / "amplitudes.png")
+    stored.call(kind.draw, content, options.file, directory, measured)
 
 
 def bench_command(options: argparse.Namespace) -> None:
@@ -206,20 +197,12 @@ def bench_command(options: argparse.Namespace) -> None:
     command.run(options.output, options.what or "speed", options.quick)
 
 
-def _load(path: Path) -> tuple[str, Any]:
-    from nanorom.files import hdf5
-    from nanorom.results import loadcurve, responsefile
-    from nanorom.rom import romfile
+def _load(path: Path) -> tuple[Any, Any]:
+    """The kind of a file and what it holds."""
+    from nanorom.files import stored
 
-    kind = hdf5.kind_of(path)
-    if kind == responsefile.FORMAT:
-        return "response", responsefile.load(path)
-    if kind == loadcurve.FORMAT:
-        return "curve", loadcurve.LoadCurve.load_file(path)
-    if kind in ("", romfile.FORMAT):
-        return "rom", romfile.load(path)
-    expected = "a rom.h5, a response.h5 or a tuning.h5"
-    raise FileError(f"{path}: an HDF5 file of format {kind!r}; expected {expected}")
+    kind = stored.kind_of(path)
+    return kind, stored.call(kind.load, path)
 
 
 @contextmanager

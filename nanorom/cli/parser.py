@@ -1,15 +1,25 @@
-"""Options and arguments of the command line."""
+"""Options and arguments of the command line: one row of COMMANDS for each command."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from nanorom.cli import commands
 
 
+class Command(NamedTuple):
+    """What runs a command, what its help says, and who adds its options to a parser."""
+
+    run: Callable[[argparse.Namespace], None]
+    text: str
+    options: Callable[[argparse.ArgumentParser], None]
+
+
 def build_parser() -> argparse.ArgumentParser:
+    """The parser of all commands; ``command`` of what it parses runs the one that was given."""
     parser = argparse.ArgumentParser(
         prog="nanorom",
         description="Reduced-order models of nanomechanical resonators from first principles.",
@@ -18,42 +28,36 @@ def build_parser() -> argparse.ArgumentParser:
     shared = argparse.ArgumentParser(add_help=False)
     shared.add_argument("--debug", action="store_true", help="show tracebacks")
     verbs = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for name, (run, text, options) in COMMANDS.items():
+        command = verbs.add_parser(name, parents=[shared], help=text, description=text)
+        command.set_defaults(command=run)
+        options(command)
+    return parser
 
-    def command(name: str, run: Any, text: str) -> argparse.ArgumentParser:
-        sub = verbs.add_parser(name, parents=[shared], help=text, description=text)
-        sub.set_defaults(command=run)
-        return sub
 
-    sub = command(
-        "run", commands.run_command, "Do everything a scene asks for: model, response, pictures."
-    )
-    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+def _run(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
     where = "results; default: results/SCENE without .toml"
-    sub.add_argument("-o", "--output", type=Path, metavar="DIR", help=where)
-    _add_groups(sub)
-    _add_overrides(sub)
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help=where)
+    _add_groups(parser)
+    _add_overrides(parser)
 
-    sub = command(
-        "plan",
-        commands.plan_command,
-        "Say what a scene needs, what is skipped and why, and its cost.",
-    )
-    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
-    _add_overrides(sub)
 
-    sub = command("reduce", commands.reduce_command, "Reduce a scene to its modal model.")
-    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
-    sub.add_argument("-o", "--output", type=Path, required=True, metavar="ROM", help="rom.h5")
-    _add_groups(sub)
-    _add_overrides(sub)
+def _plan(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
+    _add_overrides(parser)
 
-    sub = command(
-        "tune",
-        commands.tune_command,
-        "Follow deflection and frequencies as a scene's [load] grows.",
-    )
-    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
-    sub.add_argument(
+
+def _reduce(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="ROM", help="rom.h5")
+    _add_groups(parser)
+    _add_overrides(parser)
+
+
+def _tune(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
+    parser.add_argument(
         "-o",
         "--output",
         type=Path,
@@ -61,36 +65,33 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="CURVE",
         help="tuning.h5; the table tuning.csv and the picture tuning.png come beside it",
     )
-    sub.add_argument("--points", default="20", help="about how many states (20)")
-    _add_overrides(sub)
+    parser.add_argument("--points", default="20", help="about how many states (20)")
+    _add_overrides(parser)
 
-    sub = command(
-        "info", commands.info_command, "Print what a rom.h5, a response.h5 or a tuning.h5 holds."
-    )
-    sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5, response.h5 or tuning.h5")
 
-    sub = command(
-        "respond", commands.respond_command, "Follow the frequency response of a reduced model."
-    )
-    sub.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
-    sub.add_argument("sweep", type=Path, metavar="SWEEP", help="TOML with [drive] and [sweep]")
-    sub.add_argument(
+def _info(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE", help="any of nanorom's HDF5 files")
+
+
+def _respond(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
+    parser.add_argument("sweep", type=Path, metavar="SWEEP", help="TOML with [drive] and [sweep]")
+    parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="RESPONSE", help="response.h5"
     )
 
-    sub = command(
-        "export", commands.export_command, "Hand a reduced model to AUTO-07p, MATLAB or a table."
-    )
-    sub.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
-    sub.add_argument("--to", required=True, choices=("auto", "matlab", "csv"), help="for whom")
-    sub.add_argument(
+
+def _export(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
+    parser.add_argument("--to", required=True, choices=("auto", "matlab", "csv"), help="for whom")
+    parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="TARGET",
         help="directory (auto) or file (default: beside ROM)",
     )
-    group = sub.add_argument_group("what AUTO follows (default: what the model's scene says)")
+    group = parser.add_argument_group("what AUTO follows (default: what the model's scene says)")
     group.add_argument(
         "--sweep", type=Path, metavar="SWEEP", help="TOML with [drive], [sweep] and [damping]"
     )
@@ -101,38 +102,39 @@ def build_parser() -> argparse.ArgumentParser:
     group.add_argument("--direct", metavar="LEVEL", help='direct drive ("5 Pa")')
     group.add_argument("--parametric", metavar="LEVEL", help='parametric drive ("5 mN/m")')
 
-    sub = command(
-        "identify", commands.identify_command, "Find tension and Young's modulus from resonances."
+
+def _identify(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scene", type=Path, metavar="SCENE", help="scene file (TOML), a first guess"
     )
-    sub.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML), a first guess")
-    sub.add_argument("measured", type=Path, metavar="MEASURED", help="CSV: frequency, label, ...")
-    sub.add_argument(
+    parser.add_argument(
+        "measured", type=Path, metavar="MEASURED", help="CSV: frequency, label, ..."
+    )
+    parser.add_argument(
         "--unknowns",
         metavar="NAMES",
-        help="of tension, tension_x, tension_y, youngs_modulus, density (comma-separated)",
+        help="what to find, such as tension,density; an unknown name is answered with all",
     )
-    sub.add_argument(
+    parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and resonances.png"
     )
 
-    sub = command(
-        "plot", commands.plot_command, "Draw a rom.h5 (mode gallery), a response.h5 or a tuning.h5."
-    )
-    sub.add_argument("file", type=Path, metavar="FILE", help="rom.h5 or response.h5")
-    sub.add_argument(
+
+def _plot(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE", help="any of nanorom's HDF5 files")
+    parser.add_argument(
         "--data",
         type=Path,
         metavar="MEASURED",
         help="CSV to draw over a response: frequency, amplitude (unit), sweep, level",
     )
-    sub.add_argument(
+    parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
     )
 
-    sub = command(
-        "bench", commands.bench_command, "Measure run time against error, and numerical stability."
-    )
-    what = sub.add_mutually_exclusive_group()
+
+def _bench(parser: argparse.ArgumentParser) -> None:
+    what = parser.add_mutually_exclusive_group()
     for name, text in (
         ("accuracy", "true error against the estimate, for drums, squares and strings"),
         ("stress", "extreme parameters, each against an exact or a finer solution"),
@@ -140,8 +142,8 @@ def build_parser() -> argparse.ArgumentParser:
         ("size", "time and memory against unknowns, on the ranks of mpirun"),
     ):
         what.add_argument(f"--{name}", dest="what", action="store_const", const=name, help=text)
-    sub.add_argument("--quick", action="store_true", help="a few cases of each kind only")
-    sub.add_argument(
+    parser.add_argument("--quick", action="store_true", help="a few cases of each kind only")
+    parser.add_argument(
         "-o",
         "--output",
         type=Path,
@@ -149,7 +151,10 @@ def build_parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="where tables and pictures go (default: results/bench)",
     )
-    return parser
+
+
+def _add_scene(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
 
 
 def _add_overrides(parser: argparse.ArgumentParser) -> None:
@@ -178,3 +183,37 @@ class _Version(argparse.Action):
 
         print(f"nanorom {version()}")
         parser.exit()
+
+
+COMMANDS = {
+    "run": Command(
+        commands.run_command, "Do everything a scene asks for: model, response, pictures.", _run
+    ),
+    "plan": Command(
+        commands.plan_command,
+        "Say what a scene needs, what is skipped and why, and its cost.",
+        _plan,
+    ),
+    "reduce": Command(commands.reduce_command, "Reduce a scene to its modal model.", _reduce),
+    "tune": Command(
+        commands.tune_command,
+        "Follow deflection and frequencies as a scene's [load] grows.",
+        _tune,
+    ),
+    "info": Command(commands.info_command, "Print what a file of nanorom holds.", _info),
+    "respond": Command(
+        commands.respond_command, "Follow the frequency response of a reduced model.", _respond
+    ),
+    "export": Command(
+        commands.export_command, "Hand a reduced model to AUTO-07p, MATLAB or a table.", _export
+    ),
+    "identify": Command(
+        commands.identify_command, "Find tension and Young's modulus from resonances.", _identify
+    ),
+    "plot": Command(
+        commands.plot_command, "Draw a rom.h5 (mode gallery), a response.h5 or a tuning.h5.", _plot
+    ),
+    "bench": Command(
+        commands.bench_command, "Measure run time against error, and numerical stability.", _bench
+    ),
+}

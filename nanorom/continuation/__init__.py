@@ -1,6 +1,6 @@
 """Numerical continuation of small polynomial modal systems.
 
-Periodic orbits, stability and bifurcations.
+Periodic orbits and tori, stability and bifurcations.
 """
 
 from nanorom.continuation.branches.states import State, states
@@ -12,6 +12,9 @@ from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explo
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.sweep import Sweep, sweep
 from nanorom.continuation.system import ModalSystem
+from nanorom.continuation.tori.follow import follow_torus
+from nanorom.continuation.tori.motion import QuasiPeriodic
+from nanorom.continuation.tori.torus import Torus, TorusPoint, TorusState
 
 __all__ = [
     "Backbone",
@@ -20,15 +23,20 @@ __all__ = [
     "Locus",
     "ModalSystem",
     "PeriodicOrbit",
+    "QuasiPeriodic",
     "SpecialPoint",
     "State",
     "Sweep",
+    "Torus",
+    "TorusPoint",
+    "TorusState",
     "Unexplored",
     "add_isolas",
     "backbone",
     "explore",
     "explore_each",
     "explore_levels",
+    "follow_torus",
     "locus",
     "states",
     "sweep",

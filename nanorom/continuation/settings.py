@@ -9,6 +9,14 @@ import numpy as np
 from nanorom.continuation.system import finite
 from nanorom.errors import ContinuationError
 
+BOUNDS = {  # of settings: beyond them they say nothing, or nothing can be kept
+    "tolerance": (1e-14, 1e-2),
+    "harmonics": (3, 150),
+    "reach": (1.0, 1e3),
+    "depth": (0, 100),
+    "steps": (1, 1_000_000),
+}
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -28,9 +36,7 @@ class Settings:
     reach: float = 2.0
 
     def __post_init__(self) -> None:
-        bounds = {"tolerance": (1e-14, 1e-2), "harmonics": (3, 150), "reach": (1.0, 1e3)}
-        bounds |= {"depth": (0, 100), "steps": (1, 1_000_000)}
-        for name, (low, high) in bounds.items():
+        for name, (low, high) in BOUNDS.items():
             value = getattr(self, name)
             if not finite(value) or not low <= value <= high:
                 raise ContinuationError(

@@ -18,6 +18,11 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 SAMPLES = 64  # of a period, to read amplitudes
+DISTURBANCE = 1e-6  # of the unit of amplitude, for parametric resonance to amplify
+SMALL = 1e-4  # of that unit, below which errors are absolute
+MOST_STEPS = 100_000  # of the integrator between two outputs
+CHUNK = 5  # pairs of periods integrated before it is asked whether the motion has settled
+REST = 1e-12  # size below which a motion has settled
 
 
 @attrs.frozen(eq=False)
@@ -71,7 +76,9 @@ def sweep(
         raise ContinuationError(f"state: give (q, dq/dt) as {2 * size} finite numbers")
     unit = np.repeat([scaled.amplitude, scaled.amplitude * scaled.frequency], size)
     # parametric resonance needs something to amplify
-    here = np.full(2 * size, 1e-6) if state is None else np.asarray(state, dtype=float) / unit
+    here = (
+        np.full(2 * size, DISTURBANCE) if state is None else np.asarray(state, dtype=float) / unit
+    )
     results = []
     for number, frequency in enumerate(frequencies / scaled.frequency):
         here, amplitude, settled = _settle(scaled, frequency, here, periods, settle, tolerance)
@@ -95,15 +102,15 @@ def _settle(
     """
     right_side = equations(system, omega)
     span = 4 * np.pi / omega  # two periods: period-doubled motion is at rest, too
-    options = {"rtol": tolerance, "atol": 1e-4 * tolerance, "tfirst": True, "mxstep": 100_000}
-    chunk = span * np.arange(6)
+    options = {"rtol": tolerance, "atol": SMALL * tolerance, "tfirst": True, "mxstep": MOST_STEPS}
+    chunk = span * np.arange(CHUNK + 1)
     done, settled = 0, False
     while not settled and done < periods:
         states = odeint(right_side, state, chunk, **options)
         if not np.all(np.isfinite(states)):
             raise ContinuationError(f"time integration failed at omega = {omega:.6g} (scaled)")
         changes = np.abs(np.diff(states, axis=0)).max(axis=1)
-        settled = bool(changes[-1] < settle * max(np.abs(states[-1]).max(), 1e-12))
+        settled = bool(changes[-1] < settle * max(np.abs(states[-1]).max(), REST))
         state, done = states[-1], done + 2 * (len(chunk) - 1)
     instants = np.linspace(0.0, span, 2 * SAMPLES + 1)
     motion = odeint(right_side, state, instants, **options)

@@ -20,6 +20,7 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
 BITS = 43
+REAL = 1e-9  # imaginary part of a squared frequency that is round-off
 TENSORS = ("damping", "stiffness", "quadratic", "cubic", "cubic_damping")
 
 
@@ -190,7 +191,7 @@ class ModalSystem:
     def natural_frequencies_squared(self) -> Array:
         """Eigenvalues of M^-1 K, ascending (negative where they are not real and positive)."""
         values = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))
-        bad = np.abs(values.imag) > 1e-9 * np.abs(values)
+        bad = np.abs(values.imag) > REAL * np.abs(values)
         return np.sort(np.where(bad, -np.abs(values), values.real))
 
     @property

@@ -14,10 +14,10 @@ from nanorom.fem.mesh import discretisation
 from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.scales import Scales
 from nanorom.fem.symmetry import Mirrors, is_of_revolution, is_symmetric
+from nanorom.fem.tensors.step import EXTRAPOLATED
 from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.scene import Scene
 
-EXTRAPOLATED = 3  # amplitudes, each half of the last, from which a shell's STEP goes to nothing
 SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
 
 BENDING_FACTOR = 4.0  # from wavenumber x layer to a bound on the effect of bending: 30 times safe

@@ -12,17 +12,18 @@ from petsc4py import PETSc
 
 from nanorom.errors import AccuracyWarning, NanoromError
 from nanorom.fem.models import inertia, initial_shape
-from nanorom.fem.models.beam import reduce_beam
 from nanorom.fem.output import patterns
 from nanorom.fem.output.model import modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes import shell
+from nanorom.fem.routes.beam import reduce_beam
 from nanorom.fem.routes.plate import Solution, check_uncoupled, on_triangulation, solve, viscous
 from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import Team, memory, split
 from nanorom.fem.stopwatch import Progress, Stopwatch
 from nanorom.files.partial import Journal
 from nanorom.rom.model import ReducedModel
+from nanorom.rom.patterns import unaimed
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -82,7 +83,7 @@ def reduce_scene(
     stiffness = scales.tension * (products.stiffness + solution.stretching)
     check_uncoupled(stiffness, names)
     mass = scales.mass * products.mass
-    pressure = scales.length**2 * products.area
+    direct, parametric = unaimed(scales.length**2 * products.area, products.slope)
     model = ReducedModel(
         frequency=frequency,
         mass=mass,
@@ -92,8 +93,8 @@ def reduce_scene(
         damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
-        drive={"pressure": pressure} | aimed,
-        parametric={"tension": -products.slope, "paper": np.diag(pressure)},
+        drive=direct | aimed,
+        parametric=parametric,
         shapes=Shapes(points * scales.length, cells, values),
         static=static,
         diagnostics=diagnostics,

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from nanorom.errors import SceneError
 from nanorom.measurement.assignment import UNSEEN, assign
 from nanorom.measurement.data import Resonances
+from nanorom.measurement.unknowns import PAIR, Film, Unknown
 from nanorom.rom.spectrum import Lines, Spectrum
 from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
 
-STIFF = ("tension", "tension_x", "tension_y", "youngs_modulus")  # omega^2 grows with these
 SKEW = 1.05  # T_x/T_y of a start: equal tensions have no gradient that splits pairs
 MOST_MODES = 100
 PRECISION = 1e-6  # relative, of the parameters
@@ -36,7 +36,7 @@ class Fit:
 
     scene: Scene
     measured: Resonances
-    unknowns: tuple[str, ...]
+    unknowns: tuple[Unknown, ...]
     spectrum: Spectrum
     count: int
     noise: Array | float
@@ -44,9 +44,9 @@ class Fit:
     _last: tuple[bytes, Lines, NDArray[np.intp]] | None = None
 
     @property
-    def bends(self) -> bool:
-        """Whether the film has bending stiffness."""
-        return self.scene.plate.model != "membrane"
+    def names(self) -> tuple[str, ...]:
+        """Names (p,) of the unknowns."""
+        return tuple(unknown.name for unknown in self.unknowns)
 
     @property
     def logarithm(self) -> Array:
@@ -67,46 +67,29 @@ class Fit:
     # -- parameters -------------------------------------------------------------------------------
 
     def start(self) -> Array:
-        """The scene's own values, equal tensions made a little different."""
-        tension, material = self.scene.tension, self.scene.material
-        own = {
-            "tension": 0.5 * (tension.x + tension.y),
-            "tension_x": tension.x,
-            "tension_y": tension.y,
-            "youngs_modulus": material.youngs_modulus,
-            "density": material.density,
-        }
-        x = np.array([own[name] for name in self.unknowns])
-        if {"tension_x", "tension_y"} <= set(self.unknowns) and x[0] == x[1]:
+        """The scene's own values (p,), equal tensions made a little different."""
+        film = Film.of(self.scene)
+        x = np.array([unknown.of(film) for unknown in self.unknowns])
+        if set(PAIR) <= set(self.names) and x[0] == x[1]:
             x[:2] *= [SKEW**0.5, SKEW**-0.5]
         return x
 
-    def bending(self, modulus: float) -> float:
-        """Bending stiffness D in N m of a Young's modulus; 0 for a membrane."""
-        h, nu = self.scene.plate.thickness, self.scene.material.poisson_ratio
-        return modulus * h**3 / 12 / (1 - nu**2) if self.bends else 0.0
+    def film(self, x: Array) -> Film:
+        """The scene's film with values (p,) of the unknowns."""
+        film = Film.of(self.scene)
+        for unknown, value in zip(self.unknowns, x.tolist()):
+            film = unknown.put(film, value)
+        return film
 
     def physical(self, x: Array) -> tuple[Array, Array]:
         """T_x, T_y, D, rho h (4,) of the unknowns (p,), and their derivatives (4, p)."""
-        given = dict(zip(self.unknowns, x))
-        modulus = given.get("youngs_modulus", self.scene.material.youngs_modulus)
-        both = given.get("tension")
-        values = np.array(
-            [
-                given.get("tension_x", self.scene.tension.x) if both is None else both,
-                given.get("tension_y", self.scene.tension.y) if both is None else both,
-                self.bending(modulus),
-                given.get("density", self.scene.material.density) * self.scene.plate.thickness,
-            ]
-        )
-        columns = {
-            "tension": [1.0, 1.0, 0.0, 0.0],
-            "tension_x": [1.0, 0.0, 0.0, 0.0],
-            "tension_y": [0.0, 1.0, 0.0, 0.0],
-            "youngs_modulus": [0.0, 0.0, self.bending(1.0), 0.0],
-            "density": [0.0, 0.0, 0.0, self.scene.plate.thickness],
-        }
-        return values, np.array([columns[name] for name in self.unknowns]).T
+        film = self.film(x)
+        return film.operators, np.array([unknown.slope(film) for unknown in self.unknowns]).T
+
+    def inside(self, x: Array) -> Array:
+        """The values (p,) within the bounds of the unknowns that are nearest."""
+        low, high = np.transpose([unknown.bounds for unknown in self.unknowns])
+        return np.clip(x, low, high)
 
     def scaled(self, x: Array, lowest: int = 0) -> Array:
         """Unknowns by one factor, so that a computed mode has the lowest measured frequency.
@@ -114,15 +97,16 @@ class Fit:
         The density where it is unknown, else all unknown stiffness; where some is known, that
         takes a few steps.
         """
-        group = ("density",) if "density" in self.unknowns else STIFF
-        scaled = np.array([name in group for name in self.unknowns])
+        power = np.array([unknown.stiffens for unknown in self.unknowns])
+        if (power < 0).any():
+            power = np.minimum(power, 0)
         for _ in range(SCALINGS):
             lines, index = self.evaluate(x)
             mode = index[0] if self.measured.label[0] else lowest
             factor = (self.measured.frequency[0] / lines.frequency[mode]) ** 2
             if abs(factor - 1) < SCALED:
                 break
-            x = np.where(scaled, x * (1 / factor if "density" in group else factor), x)
+            x = x * factor**power
         return x
 
     @property
@@ -135,9 +119,9 @@ class Fit:
 
     def in_order(self, x: Array) -> Array:
         """T_x and T_y in the scene's order where the measurement cannot tell them apart."""
-        if self.told_apart or not {"tension_x", "tension_y"} <= set(self.unknowns):
+        if self.told_apart or not set(PAIR) <= set(self.names):
             return x
-        i, j = self.unknowns.index("tension_x"), self.unknowns.index("tension_y")
+        i, j = (self.names.index(name) for name in PAIR)
         if (x[i] < x[j]) == (self.scene.tension.x < self.scene.tension.y):
             return x
         swapped = x.copy()
@@ -191,7 +175,7 @@ class Fit:
             if np.abs(step / x).max() < precision:
                 break
             for _ in range(MOST_HALVINGS):
-                tried = np.maximum(x + step, SHRINK * x)
+                tried = self.inside(np.maximum(x + step, SHRINK * x))
                 found = self.residual(tried)
                 if found @ found <= residual @ residual:
                     break
@@ -205,7 +189,7 @@ class Fit:
         """One damped step of least squares; damping: noise by relative change of the unknowns."""
         rows = np.append(self.jacobian(x), damping * np.eye(len(x)) * self.weight.mean(), axis=0)
         step = np.linalg.lstsq(rows, np.append(-self.residual(x), 0 * x), rcond=None)[0]
-        return x * np.exp(step)
+        return self.inside(x * np.exp(step))
 
     def scatter(self, x: Array) -> float:
         """Relative standard deviation of the differences."""

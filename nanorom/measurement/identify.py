@@ -20,17 +20,12 @@ from nanorom.errors import AmbiguityWarning, SceneError
 from nanorom.measurement.data import Resonances
 from nanorom.measurement.fit import Fit
 from nanorom.measurement.search import NOISE, Solution, solutions
-from nanorom.scene.film import Tension
+from nanorom.measurement.unknowns import USUAL, Film, Unknown, chosen
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
 
 if TYPE_CHECKING:
     from nanorom.fem.spectrum import Spectrum
-
-UNKNOWNS = ("tension", "tension_x", "tension_y", "youngs_modulus", "density")
-USUAL = ("tension_x", "tension_y", "youngs_modulus")
-UNITS = {"tension": "N/m", "tension_x": "N/m", "tension_y": "N/m"}
-UNITS |= {"youngs_modulus": "Pa", "density": "kg/m^3"}
 
 SPARE = 4  # computed modes beyond the measured ones, where all have a label
 SEARCHED = 2, 8  # modes per measured one and beyond, where some have none
@@ -92,16 +87,17 @@ class Identification:
 
 
 def identify(scene: Scene, measured: Resonances, unknowns: Sequence[str] = USUAL) -> Identification:
-    """Find tension, Young's modulus or density of a scene from its measured resonances.
+    """Find tension, Young's modulus, density or thickness of a scene from its measured resonances.
 
     Parameters
     ----------
     scene : geometry and what else is known; its own values of the unknowns are where the search
         starts and must be right within a factor of a few.
     measured : resonance frequencies, with or without labels and uncertainties.
-    unknowns : of ``tension`` (isotropic), ``tension_x``, ``tension_y``, ``youngs_modulus``,
-        ``density``.  On a film that is the same along x and y, modes without labels cannot tell
-        T_x from T_y: they are found in the order that the scene has, T_x the larger if equal.
+    unknowns : names of `nanorom.measurement.unknowns`: ``tension`` (isotropic), ``tension_x``,
+        ``tension_y``, ``youngs_modulus``, ``density``, ``thickness``.  On a film that is the same
+        along x and y, modes without labels cannot tell T_x from T_y: they are found in the order
+        that the scene has, T_x the larger if equal.
 
     Warns with AmbiguityWarning if another assignment with other values is not excluded.
 
@@ -110,13 +106,13 @@ def identify(scene: Scene, measured: Resonances, unknowns: Sequence[str] = USUAL
     SceneError, NanoromError
         If the unknowns make no sense, or the frequencies do not determine them.
     """
-    unknowns = _checked(scene, measured, unknowns)
+    wanted = _checked(scene, measured, unknowns)
     spectrum = _spectrum(scene)
-    fit = Fit(scene, measured, unknowns, spectrum, len(measured.label) + SPARE, NOISE[0])
+    fit = Fit(scene, measured, wanted, spectrum, len(measured.label) + SPARE, NOISE[0])
     if all(measured.label):
         return _result(fit, fit.least_squares(fit.scaled(fit.start())))
     most = SEARCHED[0] * len(measured.label) + SEARCHED[1]
-    search = Fit(scene, measured, unknowns, spectrum.reduced(most), most, NOISE[0])
+    search = Fit(scene, measured, wanted, spectrum.reduced(most), most, NOISE[0])
     found = solutions(search, spectrum.length)
     fit.count, fit.noise = int(found[0].index.max()) + SPARE, found[0].noise
     return _result(fit, fit.in_order(fit.least_squares(found[0].x)), found)
@@ -130,29 +126,18 @@ def _spectrum(scene: Scene) -> Spectrum:
     return Spectrum(scene)
 
 
-def _checked(scene: Scene, measured: Resonances, unknowns: Sequence[str]) -> tuple[str, ...]:
+def _checked(scene: Scene, measured: Resonances, unknowns: Sequence[str]) -> tuple[Unknown, ...]:
     """The unknowns in their usual order; raises SceneError."""
-    for name in unknowns:
-        if name not in UNKNOWNS:
-            raise SceneError(f"unknowns: found {name!r}; allowed: {', '.join(UNKNOWNS)}")
-    chosen = tuple(name for name in UNKNOWNS if name in unknowns)
-    if not chosen:
-        raise SceneError(f"unknowns: found none; allowed: {', '.join(UNKNOWNS)}")
-    if "tension" in chosen and any(name in chosen for name in ("tension_x", "tension_y")):
-        raise SceneError("unknowns: found tension beside tension_x or tension_y; give one or both")
-    if "youngs_modulus" in chosen and scene.plate.model == "membrane":
-        raise SceneError(
-            "unknowns: found youngs_modulus, but a membrane has no bending stiffness to find it "
-            'from; use plate.model = "plate"'
-        )
+    found = chosen(Film.of(scene), tuple(unknowns))
     if min(scene.tension.x, scene.tension.y) <= 0:
         raise SceneError("tension: the search needs a first guess greater than 0 along x and y")
-    if len(measured.frequency) < len(chosen):
+    if len(measured.frequency) < len(found):
+        names = ", ".join(unknown.name for unknown in found)
         raise SceneError(
-            f"{len(chosen)} unknowns ({', '.join(chosen)}) need at least as many frequencies; "
+            f"{len(found)} unknowns ({names}) need at least as many frequencies; "
             f"found {len(measured.frequency)}"
         )
-    return chosen
+    return found
 
 
 def _result(fit: Fit, x: Array, found: Sequence[Solution] = ()) -> Identification:
@@ -162,7 +147,7 @@ def _result(fit: Fit, x: Array, found: Sequence[Solution] = ()) -> Identificatio
     singular = np.linalg.svd(jacobian, compute_uv=False)
     if singular[-1] <= SINGULAR * singular[0]:
         raise SceneError(
-            f"the measured frequencies do not determine {', '.join(fit.unknowns)} together; "
+            f"the measured frequencies do not determine {', '.join(fit.names)} together; "
             "take fewer unknowns or measure higher modes"
         )
     if fit.measured.uncertainty is not None:
@@ -177,7 +162,7 @@ def _result(fit: Fit, x: Array, found: Sequence[Solution] = ()) -> Identificatio
     others = [other for other in found[1:] if _differs(other, found[0], width)]
     rivals = tuple(
         Rival(
-            value=dict(zip(fit.unknowns, other.x.tolist())),
+            value=dict(zip(fit.names, other.x.tolist())),
             label=other.label,
             noise=other.scatter,
             chi2=other.square / variance,
@@ -192,15 +177,10 @@ def _result(fit: Fit, x: Array, found: Sequence[Solution] = ()) -> Identificatio
             AmbiguityWarning,
             stacklevel=3,
         )
-    values, _ = fit.physical(x)
-    value = dict(zip(fit.unknowns, x.tolist()))
-    of_material = {n: v for n, v in value.items() if n in ("youngs_modulus", "density")}
-    material = attrs.evolve(fit.scene.material, **of_material)
-    tension = Tension(float(values[0]), float(values[1]))
     return Identification(
-        value=value,
-        interval=dict(zip(fit.unknowns, width.tolist())),
-        scene=fit.scene.with_(material=material, tension=tension),
+        value=dict(zip(fit.names, x.tolist())),
+        interval=dict(zip(fit.names, width.tolist())),
+        scene=fit.film(x).put_into(fit.scene),
         measured=fit.measured,
         fitted=lines.frequency[index],
         label=tuple(lines.label[i] for i in index),

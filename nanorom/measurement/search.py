@@ -81,12 +81,12 @@ def _starts(fit: Fit, length: float) -> list[Array]:
 
 def _grid(fit: Fit, length: float) -> Iterator[Array]:
     """Unknowns at every ratio of tensions, and of bending to tension, that they can have."""
-    names = fit.unknowns
-    tensions = [i for i, name in enumerate(names) if name.startswith("tension")]
+    tensions = [i for i, unknown in enumerate(fit.unknowns) if unknown.pulls]
+    benders = [i for i, unknown in enumerate(fit.unknowns) if unknown.bends]
     skews, ratios = [0.0], [np.nan]
     if len(tensions) == 2:
         skews = [skew for skew in SKEWS if fit.told_apart or skew >= 0]
-    if fit.bends and len(names) - len(tensions) + bool(tensions) > 1:
+    if fit.film(fit.start()).bends and len(fit.unknowns) - len(tensions) + bool(tensions) > 1:
         ratios = list(RATIOS)
     for skew, ratio in itertools.product(skews, ratios):
         x = fit.start()
@@ -94,8 +94,8 @@ def _grid(fit: Fit, length: float) -> Iterator[Array]:
             x[:2] = x[:2].mean() * np.array([1 + skew, 1 - skew])
         values, _ = fit.physical(x)
         factor = 0.5 * (values[0] + values[1]) * length**2 * ratio / values[2] if ratio > 0 else 1.0
-        if "youngs_modulus" in names:
-            x[names.index("youngs_modulus")] *= factor
+        if benders:
+            x[benders[0]] *= factor ** (1 / fit.unknowns[benders[0]].bends)
         else:
             x[tensions] /= factor
         yield x

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nanorom.rom.model import ReducedModel
-from nanorom.scene.drive import DIRECT_PATTERNS, PARAMETRIC_PATTERNS
+from nanorom.scene.patterns import DIRECT, PARAMETRIC
+from nanorom.scene.patterns.pattern import Pattern
 
 if TYPE_CHECKING:
     from nanorom.measurement.identify import Identification
@@ -47,8 +48,8 @@ def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
         ("method", f"{model.method or 'unknown'}, in-plane {model.in_plane or 'unknown'}"),
         ("normalisation", "max |phi| = 1, q in m, forces in N"),
         ("asymmetry", f"{asymmetry_text(model):.1e}"),
-        ("drive", _patterns(model.drive, DIRECT_PATTERNS)),
-        ("parametric", _patterns(model.parametric, PARAMETRIC_PATTERNS)),
+        ("drive", _patterns(model.drive, DIRECT)),
+        ("parametric", _patterns(model.parametric, PARAMETRIC)),
     ]
     rest = {name: value for name, value in model.diagnostics.items() if name != "asymmetry"}
     facts += [(name, _short(rest[name])) for name in sorted(rest)]
@@ -122,10 +123,11 @@ def level_facts(response: Response) -> list[tuple[str, str]]:
 
 def identification_text(found: Identification) -> str:
     """What the measured resonances tell of a film, and how well they are fitted."""
-    from nanorom.measurement.identify import CONFIDENCE, UNITS
+    from nanorom.measurement.identify import CONFIDENCE
+    from nanorom.measurement.unknowns import UNKNOWNS
 
     values = [
-        (name, f"{value:.6g}", _interval(found.interval[name]), UNITS[name])
+        (name, f"{value:.6g}", _interval(found.interval[name]), UNKNOWNS[name].unit)
         for name, value in found.value.items()
     ]
     lines = [
@@ -174,8 +176,8 @@ def _interval(width: float) -> str:
     return f"{width:.2g}" if np.isfinite(width) else "unknown"
 
 
-def _patterns(names: Iterable[str], units: dict[str, str]) -> str:
-    return ", ".join(f"{n} ({units[n]})" if n in units else n for n in names) or "none"
+def _patterns(names: Iterable[str], kinds: Mapping[str, type[Pattern]]) -> str:
+    return ", ".join(f"{n} ({kinds[n].unit})" if n in kinds else n for n in names) or "none"
 
 
 def _short(value: Any) -> str:

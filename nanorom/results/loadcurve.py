@@ -3,52 +3,67 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import ClassVar
 
 import attrs
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from nanorom.errors import ModelError
+from nanorom.files import hdf5, layout, schema, stored
+from nanorom.files.schema import array, note
 from nanorom.files.whole import atomic_path
 
-FORMAT = "nanorom-loadcurve"
-FORMAT_VERSION = 1
 UNITS = {"voltage": "V", "pressure": "Pa", "force": "N"}
-COLUMNS = ("load", "centre", "largest")
+ANY_UNIT = " or ".join(UNITS.values())
 
 
 def _array(value: ArrayLike) -> NDArray[np.float64]:
     return np.array(value, dtype=float)
 
 
+@layout.documented
 @attrs.frozen(eq=False)
 class LoadCurve:
-    """States of a film along a load path.
+    """States of a film along a load path; raises ModelError if the columns do not fit.
 
-    quantity : "voltage" | "pressure" | "force".
-    load : (n,) V, Pa or N.
-    centre, largest : (n,) deflections in m, at the film's centre (nan in a hole) and where they are
-        largest.
-    frequency : (n, L) Hz, nan where the state is not stable.
-    limits : (m,) loads at which the path turns: the film snaps through, or a gate pulls it in.
-    lumped : of a gate, the pull-in voltage of a rigid plate on a spring as stiff as the film is in
-        the mean, sqrt(8 k g^3/(27 eps0 A)) (Nathanson et al. 1967, doi:10.1109/T-ED.1967.15912).
+    ``lumped`` is sqrt(8 k g^3/(27 eps0 A)) (Nathanson et al. 1967, doi:10.1109/T-ED.1967.15912).
     """
 
-    quantity: str
-    load: NDArray[np.float64] = attrs.field(converter=_array)
-    centre: NDArray[np.float64] = attrs.field(converter=_array)
-    largest: NDArray[np.float64] = attrs.field(converter=_array)
-    frequency: NDArray[np.float64] = attrs.field(converter=_array)
-    limits: NDArray[np.float64] = attrs.field(converter=_array, default=())
-    lumped: float | None = None
+    FORMAT: ClassVar[str] = "nanorom-loadcurve"
+    FORMAT_VERSION: ClassVar[int] = 1
+
+    quantity: str = attrs.field(metadata=note("text", " | ".join(UNITS)))
+    load: NDArray[np.float64] = attrs.field(
+        converter=_array, metadata=array("n", ANY_UNIT, "the load that grows")
+    )
+    centre: NDArray[np.float64] = attrs.field(
+        converter=_array,
+        metadata=array("n", "m", "deflection of the centre, NaN in a hole", finite=False),
+    )
+    largest: NDArray[np.float64] = attrs.field(
+        converter=_array, metadata=array("n", "m", "deflection where it is largest")
+    )
+    frequency: NDArray[np.float64] = attrs.field(
+        converter=_array,
+        metadata=array("n, L", "Hz", "NaN where the state is not stable", finite=False),
+    )
+    limits: NDArray[np.float64] = attrs.field(
+        converter=_array,
+        default=(),
+        metadata=array(
+            "M", ANY_UNIT, "where the path turns: the film snaps through, or a gate pulls it in"
+        ),
+    )
+    lumped: float | None = attrs.field(
+        default=None,
+        metadata=note("number", "V, pull-in of a rigid plate on a spring as stiff as the film"),
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.quantity not in UNITS:
             raise ModelError(f"quantity: found {self.quantity}; allowed: {' | '.join(UNITS)}")
-        n = len(self.load)
-        if not len(self.centre) == len(self.largest) == len(self.frequency) == n:
-            raise ModelError("load, centre, largest, frequency: not of one length")
+        schema.check(self)
 
     @property
     def stable(self) -> NDArray[np.bool_]:
@@ -71,28 +86,14 @@ class LoadCurve:
 
     def save(self, path: str | Path) -> None:
         """Write an HDF5 file; raises FileError."""
-        from nanorom.files import hdf5
-
         unit = UNITS[self.quantity]
-        units = {"load": unit, "centre": "m", "largest": "m", "frequency": "Hz", "limits": unit}
-        with hdf5.create(path, FORMAT, FORMAT_VERSION) as file:
-            file.attrs["quantity"] = self.quantity
-            if self.lumped is not None:
-                file.attrs["lumped"] = self.lumped
-            for name, unit in units.items():
-                hdf5.write(file, name, getattr(self, name), unit)
+        stored.save(self, path, units={"load": unit, "limits": unit})
 
     @classmethod
     def load_file(cls, path: str | Path) -> LoadCurve:
         """Read an HDF5 file; raises FileError."""
-        from nanorom.files import hdf5
-
-        with hdf5.opened(path, FORMAT, FORMAT_VERSION) as file:
-            columns = {name: hdf5.read(file, name, (None,)) for name in (*COLUMNS, "limits")}
-            frequency = hdf5.read(file, "frequency", (None, None))
-            lumped = float(file.attrs["lumped"]) if "lumped" in file.attrs else None
-            quantity = hdf5.text(file.attrs["quantity"])
-            return cls(quantity, frequency=frequency, lumped=lumped, **columns)
+        with hdf5.opened(path, cls.FORMAT, cls.FORMAT_VERSION) as file:
+            return stored.read(cls, file)
 
     def text(self) -> str:
         """The table for people, and what there is to say of it."""

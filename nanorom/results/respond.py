@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import attrs
+import h5py
 import numpy as np
 
-from nanorom.continuation import add_isolas, explore_each
-from nanorom.results.response import Progress, Response
+from nanorom.continuation import Diagram, ModalSystem, add_isolas, explore_each
+from nanorom.errors import FileError
+from nanorom.files import hdf5
+from nanorom.results.diagram_file import read_diagram
+from nanorom.results.response import EXCITATION, KEY, Response, write_head, write_level
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import aimed
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
+from nanorom.types import Progress
+from nanorom.version import version
 
 
 def respond(
@@ -43,21 +52,12 @@ def respond(
         If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
         cannot be written.
     """
-    from nanorom.results import responsefile
-
-    if damping is not None:
-        model = model.with_damping(damping)
-    system = aimed(model, drive).system(drive.direct_pattern, drive.parametric_pattern)
-    start, stop = sweep.hertz(float(model.frequency[0]))
-    omega = (2 * np.pi * start, 2 * np.pi * stop)
-    options: dict[str, Any] = {"depth": sweep.depth, "tolerance": sweep.tolerance}
-    options = {name: value for name, value in options.items() if value is not None}
-
+    system, omega, options = _question(model, drive, sweep, damping)
     empty = Response(
         diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
     )
-    key = responsefile.key_of(system, omega, options)
-    found = {} if path is None else responsefile.resume(path, empty, key)
+    key = key_of(system, omega, options)
+    found = {} if path is None else resume(path, empty, key)
     total = len(drive.levels)
     missing = [number for number in range(total) if number not in found]
 
@@ -67,15 +67,71 @@ def respond(
 
     report()
     levels = [drive.levels[number] for number in missing]
-    with responsefile.growing(empty, key, found) as file:
+    with growing(empty, key, found) as file:
         for place, diagram in explore_each(system, omega, levels, processes, **options):
             found[missing[place]] = diagram
             if path is not None:
-                responsefile.add(file, path, missing[place], diagram)
+                add(file, path, missing[place], diagram, empty)
             report()
     diagrams = [found[number] for number in range(total)]
     whole = add_isolas(system, omega, diagrams, processes, **options)
     response = attrs.evolve(empty, diagrams=tuple(whole))
     if path is not None and whole != diagrams:
-        responsefile.save(response, path, key)
+        response.save(path, key)
     return response
+
+
+def _question(
+    model: ReducedModel, drive: Drive, sweep: Sweep, damping: Damping | None
+) -> tuple[ModalSystem, tuple[float, float], dict[str, Any]]:
+    """The modal equations, the range of omega in rad/s, and options of the continuation."""
+    if damping is not None:
+        model = model.with_damping(damping)
+    system = aimed(model, drive).system(drive.direct_pattern, drive.parametric_pattern)
+    start, stop = sweep.hertz(float(model.frequency[0]))
+    options = {"depth": sweep.depth, "tolerance": sweep.tolerance}
+    known = {name: value for name, value in options.items() if value is not None}
+    return system, (2 * np.pi * start, 2 * np.pi * stop), known
+
+
+def key_of(system: ModalSystem, omega: tuple[float, float], options: dict[str, Any]) -> str:
+    """What a response depends on beside its levels, as a digest."""
+    digest = hashlib.sha256(repr((version(), omega, sorted(options.items()))).encode())
+    for field in attrs.fields(ModalSystem):
+        digest.update(np.ascontiguousarray(getattr(system, field.name)).tobytes())
+    return digest.hexdigest()
+
+
+def resume(path: str | Path, response: Response, key: str) -> dict[int, Diagram]:
+    """Diagrams that a run of the same key and levels left in a file, by number of the level."""
+    try:
+        with hdf5.opened(path, Response.FORMAT, Response.FORMAT_VERSION) as file:
+            if not _continues(file, response, key):
+                return {}
+            levels, size = hdf5.group(file, "level"), len(response.frequency)
+            return {int(n): read_diagram(hdf5.group(levels, n), size) for n in levels}
+    except FileError:  # nothing to continue; it is replaced as any earlier result
+        return {}
+
+
+@contextmanager
+def growing(response: Response, key: str, known: Mapping[int, Diagram]) -> Iterator[h5py.File]:
+    """A file in memory that holds some levels, for `add`."""
+    with hdf5.new(Response.FORMAT, Response.FORMAT_VERSION) as file:
+        write_head(file, response, key)
+        for number, diagram in known.items():
+            write_level(file, number, diagram, response)
+        yield file
+
+
+def add(
+    file: h5py.File, path: str | Path, number: int, diagram: Diagram, response: Response
+) -> None:
+    """Save one more level; until it is whole, what is at the path stays. Raises FileError."""
+    write_level(file, number, diagram, response)
+    hdf5.store(file, path)
+
+
+def _continues(file: h5py.File, response: Response, key: str) -> bool:
+    same = hdf5.text(file.attrs.get(KEY, "")) == key
+    return same and hdf5.text(file.attrs[EXCITATION]) == response.excitation

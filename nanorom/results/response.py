@@ -2,45 +2,121 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import ClassVar
 
 import attrs
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from nanorom.continuation import Diagram
+from nanorom.errors import FileError
+from nanorom.files import hdf5, layout, schema
+from nanorom.files.stored import Reader, Writer
+from nanorom.results import diagram_file
 from nanorom.scene.drive import Drive
-from nanorom.scene.excitation import Sweep
+from nanorom.scene.excitation import Excitation, Sweep
+from nanorom.scene.fields import parse_toml
 
-Progress = Callable[[str, int, int], None]  # stage, done, of how many
+KEY = "key"  # attribute: what the levels were computed from, so that a run can go on
+EXCITATION = "excitation"  # attribute: drive and sweep, as TOML
 
 
-@attrs.frozen(eq=False, kw_only=True)
+@layout.documented
+@attrs.frozen(eq=False, kw_only=True, repr=False)
 class Response:
     """The response diagrams of one model, one per drive level.
 
-    diagrams: omega in rad/s, amplitudes (n, L) in m; drive: the levels; frequency: (L,) natural
-    frequencies in Hz; label: mode names. Read from the file of a run that has not ended, it holds
-    the levels finished so far, and ``unfinished`` counts the others.
+    diagrams: omega in rad/s, amplitudes (n, L) in m; drive: the levels; sweep: the range. Read
+    from the file of a run that has not ended, it holds the levels finished so far, and
+    ``unfinished`` counts the others.
     """
+
+    FORMAT: ClassVar[str] = "nanorom-response"
+    FORMAT_VERSION: ClassVar[int] = 1
 
     diagrams: tuple[Diagram, ...]
     drive: Drive
     sweep: Sweep
-    frequency: NDArray[np.float64]
-    label: tuple[str, ...]
+    frequency: NDArray[np.float64] = attrs.field(
+        metadata=schema.array("L", "Hz", "natural frequencies")
+    )
+    label: tuple[str, ...] = attrs.field(
+        metadata=schema.array("L", "", "names of the modes", kind="name")
+    )
     unfinished: int = 0
 
-    def save(self, path: str | Path) -> None:
-        """Write `response.h5`, whole or not at all; raises FileError."""
-        from nanorom.results import responsefile
+    def __repr__(self) -> str:
+        lines = [f"Response of {len(self.label)} modes at {len(self.diagrams)} drive levels"]
+        for (direct, parametric), diagram in zip(self.drive.levels, self.diagrams):
+            kinds = [point.type for point in diagram.special_points]
+            found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in sorted(set(kinds)))
+            lines.append(
+                f"direct {direct:g} {self.drive.units[0]}, "
+                f"parametric {parametric:g} {self.drive.units[1]}: "
+                f"{len(diagram.branches)} branches, {found or 'no special points'}"
+            )
+        return "\n".join(lines + [f"{self.unfinished} to do"] * bool(self.unfinished))
 
-        responsefile.save(self, path)
+    @property
+    def excitation(self) -> str:
+        """Drive and sweep, as TOML."""
+        return Excitation(drive=self.drive, sweep=self.sweep).to_toml()
+
+    def save(self, path: str | Path, key: str = "") -> None:
+        """Write `response.h5`, whole or not at all; raises FileError.
+
+        key: what the levels were computed from, so that a run can go on.
+        """
+        with hdf5.create(path, self.FORMAT, self.FORMAT_VERSION) as file:
+            write_head(file, self, key)
+            for number, diagram in enumerate(self.diagrams):
+                write_level(file, number, diagram, self)
 
     @classmethod
     def load(cls, path: str | Path) -> Response:
-        """Read `response.h5`; raises FileError if it is not a sound response."""
-        from nanorom.results import responsefile
+        """Read `response.h5`; raises FileError naming the file and what is wrong with it."""
+        with hdf5.opened(path, cls.FORMAT, cls.FORMAT_VERSION) as file:
+            response, total = _read_head(file)
+            levels = hdf5.group(file, "level")
+            done = [number for number in range(total) if str(number) in levels]
+            # a run that was interrupted says what it is the beginning of
+            if len(done) < total and KEY not in file.attrs or not done:
+                raise FileError(f"level/{min(set(range(total)) - set(done))}: missing")
+            drive, size = response.drive, len(response.frequency)
+            groups = [hdf5.group(file, f"level/{number}") for number in done]
+            return attrs.evolve(
+                response,
+                diagrams=tuple(diagram_file.read_diagram(group, size) for group in groups),
+                drive=drive if len(done) == total else _some_levels(drive, done),
+                unfinished=total - len(done),
+            )
 
-        return responsefile.load(path)
+
+def write_head(file: h5py.File, response: Response, key: str) -> None:
+    """Write what all levels share into a new file."""
+    file.attrs[EXCITATION] = response.excitation
+    if key:
+        file.attrs[KEY] = key
+    schema.give(response, Writer(file))
+    file.create_group("level")
+
+
+def write_level(file: h5py.File, number: int, diagram: Diagram, response: Response) -> None:
+    """Write the diagram of one level."""
+    group = file.create_group(f"level/{number}")
+    diagram_file.write_diagram(group, diagram, len(response.frequency))
+
+
+def _read_head(file: h5py.File) -> tuple[Response, int]:
+    """A response without its diagrams, and how many levels it has when it is complete."""
+    excitation = Excitation.from_dict(parse_toml(hdf5.text(file.attrs[EXCITATION])))
+    known = schema.take(Response, Reader(file))
+    response = Response(diagrams=(), drive=excitation.drive, sweep=excitation.sweep, **known)
+    return response, len(excitation.drive.levels)
+
+
+def _some_levels(drive: Drive, numbers: list[int]) -> Drive:
+    direct, parametric = zip(*(drive.levels[number] for number in numbers))
+    return attrs.evolve(drive, direct=direct, parametric=parametric)

@@ -48,10 +48,3 @@ def as_names(value: Iterable[Any]) -> tuple[str, ...]:
 
 def as_copy(value: Mapping[str, Any]) -> dict[str, Any]:
     return dict(value)
-
-
-def expect(name: str, array: NDArray[Any], shape: tuple[int, ...]) -> None:
-    if array.shape != shape:
-        raise ModelError(f"{name}: found shape {array.shape}; expected {shape}")
-    if not np.isfinite(array).all():
-        raise ModelError(f"{name}: contains NaN or infinite entries")

@@ -8,15 +8,18 @@ sum_jkl B[r,j,k,l] q_j q_k q_l, of Keskekler et al., eq. 3, with symmetric tenso
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import attrs
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from nanorom.errors import ModelError
+from nanorom.errors import FileError, ModelError
+from nanorom.files import hdf5, layout, schema, stored
+from nanorom.files.schema import POTENTIAL, SYMMETRIC, Item, array, family, members, note, part
 from nanorom.rom import tensors
 from nanorom.rom.arrays import (
     as_array,
@@ -26,10 +29,12 @@ from nanorom.rom.arrays import (
     as_names,
     as_optional,
     as_tensor,
-    expect,
 )
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
+from nanorom.scene.patterns import PARAMETRIC
+from nanorom.scene.patterns.pattern import ParametricPattern, Proportional
+from nanorom.scene.scene import MOST_MODES
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -37,7 +42,9 @@ if TYPE_CHECKING:
 
 UNSORTED = 1e-6  # relative; degenerate frequencies may stand in either order
 ASYMMETRIC = 1e-6  # a stiffness, mass or damping matrix beyond this is a mistake
-OPTIONAL = {"bending": 2, "stretching": 4, "cubic_damping": 4}  # number of mode indices
+NORMALIZATION = "max"  # of the mode shapes: max |phi| = 1
+MORE_THAN_REPORTED = 2.0  # a file may measure its asymmetry in another norm
+ROUND_OFF = 1e-9
 
 
 class Coefficient(NamedTuple):
@@ -48,78 +55,120 @@ class Coefficient(NamedTuple):
     value: float
 
 
-@attrs.frozen(eq=False, kw_only=True)
+@layout.documented
+@attrs.frozen(eq=False, kw_only=True, repr=False)
 class ReducedModel:
     """A modal model of L modes in SI units, valid by construction; raises ModelError.
 
-    Parameters
-    ----------
-    frequency : (L,) Hz, sorted.
-    mass : (L,) kg, modal masses for shapes with max |phi| = 1.
-    label : L mode names; number : (L,) positions among all modes, 1-based.
-    stiffness, damping : (L, L) N/m and kg/s.
-    quadratic, cubic : (L, L, L) N/m^2 and (L, L, L, L) N/m^3.
-    drive, parametric : force patterns J (L,) and P (L, L) by name, per unit of their level; the
-        modal force is (direct J + parametric P q) cos(omega t).
-    shapes : mode shapes, if known.
-    bending, stretching : (L, L) N/m and (L, L, L, L) N/m^3, parts of the force that a viscoelastic
-        material damps, if known: stretching[r, j, k, l] is the force on mode r from the slope of
-        mode l and the stress of the pair jk. Symmetrised, stretching is the cubic tensor.
-    cubic_damping : (L, L, L, L) N s/m^3, force sum_jkl D[r,j,k,l] q_l d(q_j q_k)/dt.
-    static : the state about which the model is expanded, by name; empty for a flat film.
-    diagnostics : what the reduction reports about itself; scene : its TOML text.
+    The modal force of a drive is (direct J + parametric P q) cos(omega t).
     """
 
-    frequency: Array = attrs.field(converter=as_array)
-    mass: Array = attrs.field(converter=as_array)
-    label: tuple[str, ...] = attrs.field(converter=as_names)
-    number: NDArray[np.int64] = attrs.field(converter=as_integers)
-    stiffness: Array = attrs.field(converter=as_array)
-    damping: Array = attrs.field(converter=as_array)
-    quadratic: Array = attrs.field(converter=as_tensor)
-    cubic: Array = attrs.field(converter=as_tensor)
-    drive: dict[str, Array] = attrs.field(converter=as_arrays, factory=dict)
-    parametric: dict[str, Array] = attrs.field(converter=as_arrays, factory=dict)
-    shapes: Shapes | None = None
-    bending: Array | None = attrs.field(converter=as_optional, default=None)
-    stretching: Array | None = attrs.field(converter=as_optional, default=None)
-    cubic_damping: Array | None = attrs.field(converter=as_optional, default=None)
-    static: dict[str, Array] = attrs.field(converter=as_arrays, factory=dict)
-    diagnostics: dict[str, Any] = attrs.field(converter=as_copy, factory=dict)
-    scene: str = ""
-    method: str = ""
-    in_plane: str = ""
-    versions: dict[str, str] = attrs.field(converter=as_copy, factory=dict)
+    FORMAT: ClassVar[str] = "nanorom-rom"
+    FORMAT_VERSION: ClassVar[int] = 1
+
+    frequency: Array = attrs.field(
+        converter=as_array,
+        metadata=array("L", "Hz", "natural frequencies, sorted"),
+    )
+    mass: Array = attrs.field(
+        converter=as_array,
+        metadata=array("L", "kg", "modal masses m_r, for max |phi| = 1"),
+    )
+    label: tuple[str, ...] = attrs.field(
+        converter=as_names, metadata=array("L", "", "names of the modes", kind="name")
+    )
+    number: NDArray[np.int64] = attrs.field(
+        converter=as_integers,
+        metadata=array("L", "1", "places among all modes by frequency, from 1"),
+    )
+    stiffness: Array = attrs.field(
+        converter=as_array, metadata=array("L, L", "N/m", "K", symmetry=SYMMETRIC)
+    )
+    damping: Array = attrs.field(
+        converter=as_array, metadata=array("L, L", "kg/s", "C", symmetry=SYMMETRIC)
+    )
+    quadratic: Array = attrs.field(
+        converter=as_tensor, metadata=array("L, L, L", "N/m^2", "A", symmetry=POTENTIAL)
+    )
+    cubic: Array = attrs.field(
+        converter=as_tensor, metadata=array("L, L, L, L", "N/m^3", "B", symmetry=POTENTIAL)
+    )
+    drive: dict[str, Array] = attrs.field(
+        converter=as_arrays,
+        factory=dict,
+        metadata=family("L", "N per unit of the level", "force patterns J: pressure, spot, ..."),
+    )
+    parametric: dict[str, Array] = attrs.field(
+        converter=as_arrays,
+        factory=dict,
+        metadata=family("L, L", "N/m per unit of the level", "force patterns P: tension, ..."),
+    )
+    shapes: Shapes | None = attrs.field(default=None, metadata=part(Shapes))
+    bending: Array | None = attrs.field(
+        converter=as_optional,
+        default=None,
+        metadata=array("L, L", "N/m", "part of K that a viscous material damps"),
+    )
+    stretching: Array | None = attrs.field(
+        converter=as_optional,
+        default=None,
+        metadata=array(
+            "L, L, L, L",
+            "N/m^3",
+            "part of B that it damps: [r, j, k, l] from the slope of mode l and the stress of the "
+            "pair jk; symmetrised, it is B",
+        ),
+    )
+    cubic_damping: Array | None = attrs.field(
+        converter=as_optional,
+        default=None,
+        metadata=array(
+            "L, L, L, L", "N s/m^3", "D, the force sum_jkl D[r,j,k,l] q_l d(q_j q_k)/dt"
+        ),
+    )
+    static: dict[str, Array] = attrs.field(
+        converter=as_arrays,
+        factory=dict,
+        metadata=members(
+            {
+                "deflection": Item("P", "m", "of the state about which the model is expanded"),
+                "largest_deflection": Item("", "m", "of that state"),
+                "centre_deflection": Item("", "m", "of that state, at the film's centre"),
+                "mean_tension": Item("", "N/m", "of that state"),
+            }
+        ),
+    )
+    diagnostics: dict[str, Any] = attrs.field(
+        converter=as_copy,
+        factory=dict,
+        metadata=note("facts", "what the reduction reports about itself"),
+    )
+    scene: str = attrs.field(default="", metadata=note("text", "the scene it is of, as TOML"))
+    method: str = attrs.field(default="", metadata=note("text", "how it was reduced"))
+    in_plane: str = attrs.field(default="", metadata=note("text", "free or fixed"))
+    versions: dict[str, str] = attrs.field(
+        converter=as_copy, factory=dict, metadata=note("words", "of what made it")
+    )
 
     def __attrs_post_init__(self) -> None:
-        n = self.size
-        if n == 0:
+        if self.size == 0:
             raise ModelError("frequency: the model has no modes")
-        expected: dict[str, tuple[int, ...]] = {"frequency": (n,), "mass": (n,), "number": (n,)}
-        expected |= {"stiffness": (n, n), "damping": (n, n)}
-        expected |= {"quadratic": (n,) * 3, "cubic": (n,) * 4}
-        for name, shape in expected.items():
-            expect(name, getattr(self, name), shape)
-        for name, rank in OPTIONAL.items():
-            if getattr(self, name) is not None:
-                expect(name, getattr(self, name), (n,) * rank)
-        for name, pattern in self.drive.items():
-            expect(f"drive/{name}", pattern, (n,))
-        for name, pattern in self.parametric.items():
-            expect(f"parametric/{name}", pattern, (n, n))
-        if self.shapes is not None:
-            expect("shapes/values", self.shapes.values, (n, len(self.shapes.points)))
-        if len(self.label) != n:
-            raise ModelError(f"label: found {len(self.label)} names for {n} modes")
+        schema.check(self)
         if (self.mass <= 0).any() or (self.frequency <= 0).any():
             raise ModelError("mass, frequency: found a value that is not greater than 0")
         if (np.diff(self.frequency) < -UNSORTED * self.frequency[1:]).any():
             raise ModelError("frequency: not sorted")
-        if (self.number < 1).any() or len(set(self.number.tolist())) < n:
+        if (self.number < 1).any() or len(set(self.number.tolist())) < self.size:
             raise ModelError("number: found a mode number below 1 or twice the same")
-        for name in ("stiffness", "damping"):
-            if tensors.asymmetry(getattr(self, name)) > ASYMMETRIC:
-                raise ModelError(f"{name}: the matrix is not symmetric")
+        for path, item, matrix in schema.leaves(self):
+            if item.symmetry == SYMMETRIC and tensors.asymmetry(matrix) > ASYMMETRIC:
+                raise ModelError(f"{path}: the matrix is not symmetric")
+
+    def __repr__(self) -> str:
+        low, high = self.frequency[[0, -1]]
+        modes = ", ".join(f"{n} {name}" for n, name in zip(self.number, self.label))
+        head = f"ReducedModel of {self.size} modes, {low:.6g} to {high:.6g} Hz"
+        return "\n".join([head, *textwrap.wrap(f"modes: {modes}", 96), *layout.shown(self)])
 
     @property
     def size(self) -> int:
@@ -129,7 +178,11 @@ class ReducedModel:
     @property
     def asymmetry(self) -> float:
         """How far the tensors are from those of a potential, relative to their largest entry."""
-        return max(tensors.asymmetry(self.quadratic), tensors.asymmetry(self.cubic))
+        return max(
+            tensors.asymmetry(tensor)
+            for _, item, tensor in schema.leaves(self)
+            if item.symmetry == POTENTIAL
+        )
 
     def nonlinear_forces(self, q: ArrayLike) -> Array:
         """eta(q) in N, (..., L), of amplitudes q in m, (..., L)."""
@@ -205,27 +258,7 @@ class ReducedModel:
         positions = sorted({self._position(mode) for mode in modes})
         if not positions:
             raise ModelError("select: found no mode; give at least one")
-        pick = np.array(positions)
-        shapes = self.shapes
-        return attrs.evolve(
-            self,
-            frequency=self.frequency[pick],
-            mass=self.mass[pick],
-            label=[self.label[i] for i in positions],
-            number=self.number[pick],
-            stiffness=self.stiffness[np.ix_(pick, pick)],
-            damping=self.damping[np.ix_(pick, pick)],
-            quadratic=self.quadratic[np.ix_(pick, pick, pick)],
-            cubic=self.cubic[np.ix_(pick, pick, pick, pick)],
-            **{name: self._part(name, pick) for name in OPTIONAL},
-            drive={name: j[pick] for name, j in self.drive.items()},
-            parametric={name: p[np.ix_(pick, pick)] for name, p in self.parametric.items()},
-            shapes=shapes and attrs.evolve(shapes, values=shapes.values[pick]),
-        )
-
-    def _part(self, name: str, pick: NDArray[np.intp]) -> Array | None:
-        array: Array | None = getattr(self, name)
-        return None if array is None else array[np.ix_(*(pick,) * array.ndim)]
+        return attrs.evolve(self, **schema.picked(self, "L", positions))
 
     def _position(self, mode: int | str) -> int:
         if isinstance(mode, str):
@@ -259,9 +292,13 @@ class ReducedModel:
     def patterns(
         self, direct: str = "pressure", parametric: str = "tension"
     ) -> tuple[Array, Array]:
-        """Force patterns J (L,) and P (L, L) by name; "paper" is P = diag(J) of Keskekler et al."""
+        """Force patterns J (L,) in N and P (L, L) in N/m per unit of the level, by name.
+
+        P of a pattern that is proportional to the direct one goes with the J that is asked for.
+        Raises ModelError if the model has no pattern of that name.
+        """
         j = _pattern("drive", self.drive, direct)
-        if parametric == "paper":
+        if issubclass(PARAMETRIC.get(parametric, ParametricPattern), Proportional):
             return j, np.diag(j)
         return j, _pattern("parametric", self.parametric, parametric)
 
@@ -289,16 +326,30 @@ class ReducedModel:
 
     def save(self, path: str | Path) -> None:
         """Write `rom.h5`, whole or not at all; raises FileError."""
-        from nanorom.rom import romfile
-
-        romfile.save(self, path)
+        stored.save(self, path, normalization=NORMALIZATION)
 
     @classmethod
     def load(cls, path: str | Path) -> ReducedModel:
         """Read `rom.h5`; raises FileError if it is not a sound reduced model."""
-        from nanorom.rom import romfile
+        with hdf5.opened(path, cls.FORMAT, cls.FORMAT_VERSION) as file:
+            normalization = hdf5.text(file.attrs.get("normalization", ""))
+            if normalization != NORMALIZATION:
+                raise FileError(
+                    f"normalization: found {normalization!r}; expected {NORMALIZATION!r}"
+                )
+            model = stored.read(cls, file, most={"L": MOST_MODES})
+            model._check_potential()
+        return model
 
-        return romfile.load(path)
+    def _check_potential(self) -> None:
+        """Raise FileError if the tensors of a file are not what it reports of them."""
+        reported = self.diagnostics.get("asymmetry", 0.0)
+        reported = float(reported) if isinstance(reported, (int, float)) else 0.0
+        if not self.asymmetry <= MORE_THAN_REPORTED * reported + ROUND_OFF:
+            raise FileError(
+                f"quadratic, cubic: deviate from a potential by {self.asymmetry:.1e}, but the file "
+                f"reports {reported:.1e}; reduce the scene again"
+            )
 
 
 def _pattern(kind: str, patterns: Mapping[str, Array], name: str) -> Array:

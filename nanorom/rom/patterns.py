@@ -1,14 +1,16 @@
-"""Modal forces of a drive that is aimed: a Gaussian spot of light, or a point.
+"""Modal forces of the drive patterns of a model: those that it was reduced with, and others.
 
-J_r is the virtual work on mode r, int p phi_r dA per unit of the level.  The reduction computes it
-for the drive of its scene from the modes' own polynomials.  For any other aim it is taken from the
-shapes that the model keeps, linear on their fine triangles, right to about 1e-3.
+J_r is the virtual work on mode r per unit of the level.  The reduction computes it from the modes'
+own polynomials: for every pattern that needs no aim, and for the drive of its scene.  For any other
+aim it is taken from the shapes that the model keeps, linear on their fine triangles, right to about
+1e-3.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from functools import singledispatch
 
 import attrs
 import numpy as np
@@ -18,22 +20,80 @@ from nanorom.rom.model import ReducedModel
 from nanorom.rom.shapes import Shapes
 from nanorom.scene import fields as v
 from nanorom.scene.drive import Drive
+from nanorom.scene.patterns import DIRECT, PARAMETRIC
+from nanorom.scene.patterns.pattern import (
+    Areal,
+    Concentrated,
+    DirectPattern,
+    ParametricPattern,
+    Proportional,
+    Stretch,
+    Uniform,
+)
 from nanorom.types import Array
 
 OUTSIDE = 1e-9  # of a triangle: a point further out is not in it
 
 
-def spot(shapes: Shapes, position: Sequence[float], radius: float) -> Array:
-    """J (L,) in m^2, N per Pa at the centre: int phi_r exp(-2 d^2/radius^2) dA.
+# -- what every reduction computes ----------------------------------------------------------------
 
-    position (x, y) and radius, where the intensity is 1/e^2 of the centre's, in m.
+
+def unaimed(area: Array, slope: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The direct patterns (L,) and the parametric ones (L, L) that need no aim, by name.
+
+    area: (L,) in m^2, int phi dA; slope: (L, L), int grad phi . grad phi dA.
     """
-    distance = shapes.points[:, :2] - np.asarray(position)
-    intensity = np.exp(-2 * np.sum(distance**2, axis=1) / radius**2)
+    direct = {name: area for name, kind in DIRECT.items() if issubclass(kind, Uniform)}
+    parametric = {name: stiffness(kind(), area, slope) for name, kind in PARAMETRIC.items()}
+    return direct, parametric
+
+
+@singledispatch
+def stiffness(pattern: ParametricPattern, area: Array, slope: Array) -> Array:
+    """P (L, L) of a parametric pattern beside a uniform pressure; arguments as for `unaimed`."""
+    raise TypeError(f"no parametric pattern: {pattern!r}")
+
+
+@stiffness.register
+def _(pattern: Stretch, area: Array, slope: Array) -> Array:
+    return -slope
+
+
+@stiffness.register
+def _(pattern: Proportional, area: Array, slope: Array) -> Array:
+    return np.diag(area)
+
+
+# -- from the drawn shapes ------------------------------------------------------------------------
+
+
+@singledispatch
+def force(pattern: DirectPattern, shapes: Shapes) -> Array:
+    """J (L,) in N per unit of the level, from drawn shapes; SceneError for a place beside them."""
+    raise TypeError(f"no direct pattern: {pattern!r}")
+
+
+@force.register
+def _(pattern: Uniform, shapes: Shapes) -> Array:
+    return _integral(shapes, shapes.values)
+
+
+@force.register
+def _(pattern: Areal, shapes: Shapes) -> Array:
+    return _integral(shapes, shapes.values * pattern.density(shapes.points[:, :2]))
+
+
+@force.register
+def _(pattern: Concentrated, shapes: Shapes) -> Array:
+    return point(shapes, pattern.position)
+
+
+def _integral(shapes: Shapes, values: Array) -> Array:
+    """Integral (L,) over the film of values (L, P) at its points."""
     corners = shapes.points[shapes.cells, :2]
     (x1, y1), (x2, y2) = (corners[:, i].T - corners[:, 0].T for i in (1, 2))
     area = 0.5 * np.abs(x1 * y2 - x2 * y1)
-    return np.asarray((shapes.values * intensity)[:, shapes.cells].mean(axis=2) @ area)
+    return np.asarray(values[:, shapes.cells].mean(axis=2) @ area)
 
 
 def point(shapes: Shapes, position: Sequence[float]) -> Array:
@@ -54,28 +114,22 @@ def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:
 
     Warns with AccuracyWarning where the pattern has to be taken from the drawn shapes.
     """
-    if drive.position is None or _made_for(model, drive):
+    pattern = drive.pattern
+    if not pattern.keys() or _made_for(model, pattern):
         return model
     if model.shapes is None:
         raise ModelError("drive.position: the model has no mode shapes to aim at")
-    if drive.direct_pattern == "spot":
-        assert drive.radius is not None
-        force = spot(model.shapes, drive.position, drive.radius)
-    else:
-        force = point(model.shapes, drive.position)
+    found = force(pattern, model.shapes)
     warnings.warn(
         "drive.position: the model was not reduced with this aim; its modal forces are taken from "
         "the drawn shapes, right to about 1e-3",
         AccuracyWarning,
         stacklevel=3,
     )
-    return attrs.evolve(model, drive=model.drive | {drive.direct_pattern: force})
+    return attrs.evolve(model, drive=model.drive | {pattern.name: found})
 
 
-def _made_for(model: ReducedModel, drive: Drive) -> bool:
+def _made_for(model: ReducedModel, pattern: DirectPattern) -> bool:
     """Whether the reduction computed this pattern: its scene's drive has the same aim."""
-    if drive.direct_pattern not in model.drive:
-        return False
     own = v.parse_toml(model.scene).get("drive", {})
-    aims = [(d.direct_pattern, d.position, d.radius) for d in (drive, Drive(**own))]
-    return aims[0] == aims[1]
+    return pattern.name in model.drive and Drive(**own).pattern == pattern

@@ -7,25 +7,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanorom.errors import ModelError
-from nanorom.rom.arrays import as_array, as_integers, expect
+from nanorom.files import schema
+from nanorom.files.layout import documented
+from nanorom.rom.arrays import as_array, as_integers
 from nanorom.types import Array
 
 
+@documented
 @attrs.frozen(eq=False)
 class Shapes:
     """Mode shapes on a triangulation, to draw them and to rebuild the moving film.
 
-    points: (P, 3) in m; cells: (C, 3) point numbers; values: (L, P), max |phi| = 1.
+    Raises ModelError if they do not fit together.
     """
 
-    points: Array = attrs.field(converter=as_array)
-    cells: NDArray[np.int64] = attrs.field(converter=as_integers)
-    values: Array = attrs.field(converter=as_array)
+    points: Array = attrs.field(
+        converter=as_array, metadata=schema.array("P, 3", "m", "places on the film")
+    )
+    cells: NDArray[np.int64] = attrs.field(
+        converter=as_integers,
+        metadata=schema.array("C, 3", "", "triangles by the numbers of their points", kind="whole"),
+    )
+    values: Array = attrs.field(
+        converter=as_array,
+        metadata=schema.array("L, P", "1", "mode shapes phi, max |phi| = 1 between the points"),
+    )
 
     def __attrs_post_init__(self) -> None:
+        schema.check(self, "shapes")
         n_points = len(self.points)
-        expect("shapes/points", self.points, (n_points, 3))
-        expect("shapes/cells", self.cells, (len(self.cells), 3))
-        expect("shapes/values", self.values, (len(self.values), n_points))
         if self.cells.size and not 0 <= self.cells.min() <= self.cells.max() < n_points:
             raise ModelError(f"shapes/cells: point numbers outside 0 ... {n_points - 1}")

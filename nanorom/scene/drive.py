@@ -8,11 +8,10 @@ import attrs
 
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
+from nanorom.scene.patterns import AIMS, DIRECT, PARAMETRIC
+from nanorom.scene.patterns.pattern import DirectPattern
 from nanorom.scene.units import wrong
 
-# pattern -> unit of its level
-DIRECT_PATTERNS = {"pressure": "Pa", "spot": "Pa", "point": "N"}
-PARAMETRIC_PATTERNS = {"tension": "N/m", "paper": "Pa/m"}
 MOST_LEVELS = 100
 
 
@@ -27,28 +26,25 @@ def _levels(value: Any, unit: str, key: str) -> tuple[float, ...]:
 class Drive:
     """Levels of the direct and the parametric drive, and what they act on.
 
-    direct: amplitude of a uniform pressure in Pa (pattern "pressure"), of a Gaussian spot of light
-        in Pa at its centre (pattern "spot": p exp(-2 d^2/radius^2) at a distance d from
-        ``position``), or of a force in N at ``position`` (pattern "point").
-    parametric: amplitude of the isotropic tension modulation in N/m (pattern "tension"), or in
-        Pa/m the gamma of Keskekler et al., F_r = J_r q_r gamma cos(omega t) (pattern "paper").
+    direct: levels of the direct pattern, ``direct_pattern`` of `nanorom.scene.patterns`: "pressure"
+        and "spot" in Pa, "point" in N.  The latter two act at ``position`` (x, y) in m, a spot
+        within a ``radius`` in m.
+    parametric: levels of ``parametric_pattern``: "tension" in N/m, "paper" in Pa/m.
     The two lists go together level by level; a single value serves all levels of the other.
+    Raises SceneError for levels, units or keys that do not fit the patterns.
     """
 
     direct: tuple[float, ...] = attrs.field(default=0.0, metadata={"key": "direct", "unit": None})
     parametric: tuple[float, ...] = attrs.field(
         default=0.0, metadata={"key": "parametric", "unit": None}
     )
-    direct_pattern: str = v.choice("drive.direct_pattern", DIRECT_PATTERNS, default="pressure")
-    parametric_pattern: str = v.choice(
-        "drive.parametric_pattern", PARAMETRIC_PATTERNS, default="tension"
-    )
+    direct_pattern: str = v.choice("drive.direct_pattern", DIRECT, default="pressure")
+    parametric_pattern: str = v.choice("drive.parametric_pattern", PARAMETRIC, default="tension")
     position: tuple[float, ...] | None = v.quantities("drive.position", "m", v.ANY, default=None)
     radius: float | None = v.quantity("drive.radius", "m", default=None)
 
     def __attrs_post_init__(self) -> None:
-        for name, units in (("direct", DIRECT_PATTERNS), ("parametric", PARAMETRIC_PATTERNS)):
-            unit = units[getattr(self, f"{name}_pattern")]
+        for name, unit in zip(("direct", "parametric"), self.units):
             levels = _levels(getattr(self, name), unit, f"drive.{name}")
             object.__setattr__(self, name, levels)
         self._check_aim()
@@ -65,15 +61,21 @@ class Drive:
             )
 
     def _check_aim(self) -> None:
-        wanted = {"pressure": (), "spot": ("position", "radius"), "point": ("position",)}
-        pattern = self.direct_pattern
-        for name in ("position", "radius"):
+        needed = DIRECT[self.direct_pattern].keys()
+        for name in AIMS:
             given = getattr(self, name) is not None
-            if given != (name in wanted[pattern]):
+            if given != (name in needed):
                 what = "missing" if not given else "not used"
-                raise SceneError(f'drive.{name}: {what} with direct_pattern = "{pattern}"')
+                found = f'direct_pattern = "{self.direct_pattern}"'
+                raise SceneError(f"drive.{name}: {what} with {found}")
         if self.position is not None and len(self.position) != 2:
             raise wrong("drive.position", self.position, 'x and y such as ["1 um", "0 um"]')
+
+    @property
+    def pattern(self) -> DirectPattern:
+        """The direct pattern, aimed."""
+        kind = DIRECT[self.direct_pattern]
+        return kind(**{name: getattr(self, name) for name in kind.keys()})
 
     @property
     def levels(self) -> tuple[tuple[float, float], ...]:
@@ -86,7 +88,4 @@ class Drive:
     @property
     def units(self) -> tuple[str, str]:
         """Units of the direct and of the parametric levels."""
-        return (
-            DIRECT_PATTERNS[self.direct_pattern],
-            PARAMETRIC_PATTERNS[self.parametric_pattern],
-        )
+        return DIRECT[self.direct_pattern].unit, PARAMETRIC[self.parametric_pattern].unit

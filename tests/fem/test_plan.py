@@ -12,8 +12,9 @@ from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.fem.plan import Plan
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.solvers import compat
+from nanorom.fem.tensors.cases import load_cases
 from nanorom.fem.tensors.loaded_cases import StaticCases
-from nanorom.fem.tensors.step import coefficients, load_cases
+from nanorom.fem.tensors.step import coefficients
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Material, Plate, Tension

@@ -6,13 +6,9 @@ from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 from nanorom.exact import cases
+from nanorom.fem.tensors.cases import load_cases
 from nanorom.fem.tensors.inplane import InPlane
-from nanorom.fem.tensors.step import (
-    check_potential,
-    coefficients,
-    load_cases,
-    symmetric,
-)
+from nanorom.fem.tensors.step import check_potential, coefficients, symmetric
 from nanorom.workflow import reduce
 
 ROUGH = {"degree": 4, "mesh_size": cases.RADIUS / 2}

@@ -14,6 +14,7 @@ from nanorom.fem.spectrum import Spectrum
 from nanorom.measurement.assignment import assign
 from nanorom.measurement.data import Resonances
 from nanorom.measurement.identify import EXCLUDED, identify
+from nanorom.measurement.unknowns import UNKNOWNS, Film
 from nanorom.plots.names import spread
 from nanorom.report import text as report
 
@@ -24,6 +25,7 @@ EXACT_TOLERANCE = 1e-6  # the scene's own
 GRADIENT_TOLERANCE = 1e-6
 DIFFERENCE_STEP = 2e-3  # relative; rounding of a frequency, 1e-10, then counts 1e-7
 DRAWS = 5
+ROUNDING = 1e-9  # of a difference over steps of a five hundredth
 RITZ_TOLERANCE = 1e-5  # it only has to find the start of the last steps
 
 
@@ -140,6 +142,33 @@ def test_density_can_be_found_where_the_modulus_is_known(scene, frequency):
     assert found.value["density"] == pytest.approx(2267, rel=EXACT_TOLERANCE)
 
 
+@pytest.mark.parametrize("label", [LABELS, None], ids=["labelled", "unlabelled"])
+def test_thickness_can_be_found_where_the_material_is_known(scene, frequency, label):
+    known = attrs.evolve(
+        scene, material=nanorom.Material(410e9, 0.16, 2267), plate=nanorom.Plate("14 nm")
+    )
+    found = identify(known, measured(frequency, label), ["tension_x", "tension_y", "thickness"])
+    expected = {"tension_x": 0.321, "tension_y": 0.257, "thickness": 10e-9}
+    assert found.value == pytest.approx(expected, rel=EXACT_TOLERANCE)
+    assert found.scene.plate.thickness == found.value["thickness"]
+
+
+@pytest.mark.parametrize("name", UNKNOWNS)
+def test_slopes_of_every_unknown_are_derivatives_of_the_operators(scene, name):
+    unknown, film = UNKNOWNS[name], Film.of(scene)
+    value, step = unknown.of(film), DIFFERENCE_STEP * unknown.of(film)
+    high, low = (unknown.put(film, value + k * step).operators for k in (1, -1))
+    far, near = (unknown.put(film, value + k * step).operators for k in (2, -2))
+    difference = (8 * (high - low) - (far - near)) / (12 * step)  # exact for a cubic
+    scale = np.abs(difference).max()
+    assert unknown.slope(film) == pytest.approx(difference, rel=ROUNDING, abs=ROUNDING * scale)
+
+
+def test_unknowns_that_set_the_same_are_refused(scene, frequency):
+    with pytest.raises(SceneError, match="found tension beside tension_y"):
+        identify(scene, measured(frequency), ["tension", "tension_y"])
+
+
 def test_tension_of_a_square_membrane_follows_from_its_closed_form():
     case = cases.square()
     guess = case.scene.with_(tension=nanorom.Tension(3.0, 3.0))
@@ -155,6 +184,8 @@ def test_what_cannot_be_found_is_refused(scene, frequency):
         identify(scene, measured(frequency[:2]))
     with pytest.raises(SceneError, match="f99"):
         identify(scene, measured(frequency[:3], ["f01", "f11c", "f99"]))
+    with pytest.raises(SceneError, match="do not determine"):
+        identify(scene, measured(frequency, LABELS), [*PAPER, "thickness"])
     membrane = attrs.evolve(scene, plate=nanorom.Plate(thickness=1e-8, model="membrane"))
     with pytest.raises(SceneError, match="membrane has no bending"):
         identify(membrane, measured(frequency))

@@ -11,27 +11,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from nanorom.errors import FileError
-from nanorom.rom.model import OPTIONAL, ReducedModel
+from nanorom.files import schema
+from nanorom.rom.model import ReducedModel
 
 ARRAYS = ("frequency", "mass", "number", "stiffness", "damping", "quadratic", "cubic")
 
 
 def same(a, b):
-    assert all(np.array_equal(getattr(a, name), getattr(b, name)) for name in ARRAYS)
-    for name in OPTIONAL:
-        first, second = getattr(a, name), getattr(b, name)
-        assert (first is None) == (second is None)
-        assert first is None or np.array_equal(first, second)
-    for group in ("drive", "parametric"):
-        first, second = getattr(a, group), getattr(b, group)
-        assert first.keys() == second.keys()
-        assert all(np.array_equal(first[name], second[name]) for name in first)
+    first, second = ({leaf.path: leaf.value for leaf in schema.leaves(model)} for model in (a, b))
+    assert first.keys() == second.keys()
+    assert all(np.array_equal(first[path], second[path]) for path in first)
     for name in ("label", "scene", "method", "in_plane", "versions"):
         assert getattr(a, name) == getattr(b, name)
-    assert (a.shapes is None) == (b.shapes is None)
-    if a.shapes is not None:
-        for name in ("points", "cells", "values"):
-            assert np.array_equal(getattr(a.shapes, name), getattr(b.shapes, name))
     return True
 
 

@@ -2,6 +2,7 @@
 
 import warnings
 
+import attrs
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -13,6 +14,9 @@ from nanorom.errors import AccuracyWarning, ModelError, SceneError
 from nanorom.rom import patterns
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Sweep
+from nanorom.scene.patterns import AIMS, DIRECT, PARAMETRIC
+from nanorom.scene.patterns.pattern import Areal
+from nanorom.scene.patterns.spot import Spot
 
 RADIUS = 2.5e-6
 FORCE_TOLERANCE = 1e-6  # the scene's own
@@ -34,7 +38,7 @@ def model():
 
 def test_spot_at_the_centre_is_an_integral_of_bessel_functions(model):
     width = 0.4 * RADIUS
-    found = patterns.spot(model.shapes, (0.0, 0.0), width)
+    found = patterns.force(Spot((0.0, 0.0), width), model.shapes)
     largest = quad(lambda r: j0(jn_zeros(0, 1)[0] * r) * _intensity(r) * r, 0, 1)[0]
     for label, zero in zip(("f01", "f02"), jn_zeros(0, 2)):
         exact = quad(lambda r, z=zero: j0(z * r) * _intensity(r) * r, 0, 1)[0]
@@ -119,9 +123,46 @@ def bessel_spot(label, x, y, radius):
     return float((half * weights).ravel() @ (values.mean(axis=1) * 2 * np.pi * r[:, 0]))
 
 
+@attrs.frozen
+class Tilt(Areal):
+    """A pressure that grows along x from a position on: all that a new pattern takes."""
+
+    name = "tilt"
+    unit = "Pa"
+
+    position: tuple[float, float]
+    size = reach = 2 * RADIUS
+
+    @property
+    def centre(self):
+        return self.position
+
+    def density(self, points):
+        return (points[:, 0] - self.position[0]) / RADIUS
+
+
+def test_new_pattern_of_a_known_kind_is_one_class_and_one_row(model, monkeypatch):
+    monkeypatch.setitem(DIRECT, "tilt", Tilt)
+    drive = Drive("1 Pa", direct_pattern="tilt", position=[0, 0])
+    top = j1(1.8411837813)  # the maximum of J1
+    integral = quad(lambda r: j1(jn_zeros(1, 1)[0] * r) * r**2, 0, 1)[0]
+    exact = np.where(np.array(model.label) == "f11c", np.pi * RADIUS**2 / top * integral, 0.0)
+    found = patterns.force(drive.pattern, model.shapes)
+    assert found == pytest.approx(exact, abs=SHAPES_TOLERANCE * exact.max())
+    found = reduced_with(model, drive).drive["tilt"]
+    assert found == pytest.approx(exact, abs=FORCE_TOLERANCE * exact.max())
+
+
+def test_keys_of_every_pattern_are_keys_of_the_drive():
+    fields = attrs.fields_dict(Drive)
+    assert set(AIMS) == {"position", "radius"} <= set(fields)
+    for name, kind in (DIRECT | PARAMETRIC).items():
+        assert kind.name == name and kind.unit and set(kind.keys()) <= set(fields)
+
+
 def test_wide_spot_is_a_uniform_pressure(model):
     pressure = model.drive["pressure"]
-    found = patterns.spot(model.shapes, (0.3 * RADIUS, 0.0), 1e3 * RADIUS)
+    found = patterns.force(Spot((0.3 * RADIUS, 0.0), 1e3 * RADIUS), model.shapes)
     assert found == pytest.approx(pressure, abs=SHAPES_TOLERANCE * pressure[0])
 
 
@@ -138,7 +179,7 @@ def test_point_gives_the_shapes_there(model):
 def test_off_centre_spot_drives_modes_that_pressure_does_not(model):
     """The response to small drive is J/(c omega) at resonance, in every mode."""
     drive = Drive("1 mPa", direct_pattern="spot", position=["0.8 um", "0.5 um"], radius="1 um")
-    force = patterns.spot(model.shapes, drive.position, drive.radius)
+    force = patterns.force(drive.pattern, model.shapes)
     mode = model.label.index("f11s")
     assert abs(model.drive["pressure"][mode]) < 1e-6 * model.drive["pressure"][0]
     f = model.frequency[mode]

@@ -21,6 +21,7 @@ LEAST_POINTS = 60  # on a branch, for a smooth picture; half as many where they 
 FEW_MODES = 4
 TAYLOR_SPACING = 2.0  # lengths of a Taylor series between two points
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
+MARGIN = 1e-3  # of a step at the ends of a path, where a bifurcation may be
 
 
 @dataclass(frozen=True)
@@ -95,30 +96,33 @@ class Path:
             count = max(count, -(-least // len(self.steps)))
             count = max(count, int(np.ceil((last - first) / (TAYLOR_SPACING * step.taylor))))
             if number == 0:
-                first += 1e-3 * (last - first)
+                first += MARGIN * (last - first)
             places += [Place(number, first + (last - first) * i / count) for i in range(count)]
         last_step = self.steps[-1]
-        margin = 1e-3 * (last_step.length - last_step.start)
+        margin = MARGIN * (last_step.length - last_step.start)
         return places + [Place(len(self.steps) - 1, last_step.length - margin)]
 
     def maps(self, places: list[Place]) -> tuple[Array, Array]:
-        """Monodromy matrices (n, 2L, 2L) and their eigenvalues (n, 2L); over half a period, with
-        the symmetry applied, if the path is symmetric.
+        """Monodromy matrices (n, d), their independent parts flattened, and their eigenvalues (n,
+        2L); over half a period, with the symmetry applied, if the path is symmetric.
         """
         orbits = [self.orbit(place) for place in places]
-        size = 2 * self.tracer.system.size
-        result = np.empty((len(places), size, size))
-        eigenvalues = np.empty((len(places), size), dtype=complex)
+        result = np.empty((len(places), self.floquet.entries(self.tracer.support)))
+        eigenvalues = np.empty((len(places), 2 * self.tracer.system.size), dtype=complex)
         rows = np.array([len(orbit.coefficients) for orbit in orbits])
         for count in np.unique(rows):
             members = np.flatnonzero(rows == count)
-            result[members], eigenvalues[members] = self.floquet.monodromy(
+            result[members], eigenvalues[members] = self.floquet.maps(
                 np.stack([orbits[i].coefficients for i in members]),
                 np.array([orbits[i].rate for i in members]),
                 self.tracer.period_multiple,
                 self.tracer.support,
             )
         return result, eigenvalues
+
+    def eigenvalues(self, maps: Array) -> Array:
+        """Eigenvalues (n, 2L) of matrices (n, d) as `maps` returns them."""
+        return self.floquet.eigenvalues(maps, self.tracer.support)
 
 
 def _arc_length(step: Series) -> tuple[Array, Array]:

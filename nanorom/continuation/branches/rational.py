@@ -28,6 +28,9 @@ AXIS = 0.005  # least angle between a pole and the real axis, seen from the star
 FAR = 2.0  # radii of convergence beyond which a pole, true or not, does no harm
 CANCELLED = 1e4  # factor by which terms of the denominator may exceed its value
 GRID = 64  # points of a step at which the denominator is looked at
+NEGLIGIBLE = 1e-17  # of the largest term at the end of an interval
+REAL = 1e-7  # of the interval: imaginary part of a real root of a companion matrix
+MOST_POLISH, POLISHES = 1e-3, 3  # of the interval: changes by Newton's method; how many
 
 
 def denominator(terms: Array) -> Array:
@@ -92,22 +95,22 @@ def real_roots(coefficients: Array, high: float) -> list[float]:
     top = np.abs(scaled).max()
     if top == 0 or not np.isfinite(top):  # of a series that does not converge: no place is known
         return []
-    significant = np.flatnonzero(np.abs(scaled) > 1e-17 * top)
+    significant = np.flatnonzero(np.abs(scaled) > NEGLIGIBLE * top)
     scaled = scaled[: significant[-1] + 1]
     # cheap test first: without a change of sign among its Bernstein coefficients it has none
     bernstein = _bernstein(len(scaled)) @ scaled
     if bernstein.min() > 0 or bernstein.max() < 0:
         return []
     roots = np.roots(scaled[::-1])
-    real = roots.real[(np.abs(roots.imag) < 1e-7) & (roots.real > 0) & (roots.real <= 1)]
+    real = roots.real[(np.abs(roots.imag) < REAL) & (roots.real > 0) & (roots.real <= 1)]
     derivative = scaled[1:] * np.arange(1, len(scaled))
     polished = []
     for root in np.sort(real):
-        for _ in range(3):
+        for _ in range(POLISHES):
             slope = polyval(root, derivative)
             if slope == 0:
                 break
             change = float(polyval(root, scaled) / slope)
-            root -= min(max(change, -1e-3), 1e-3)
+            root -= min(max(change, -MOST_POLISH), MOST_POLISH)
         polished.append(float(root * high))
     return polished

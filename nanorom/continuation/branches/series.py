@@ -23,6 +23,7 @@ from nanorom.continuation.orbits.balance import BorderedFactors, HarmonicBalance
 from nanorom.types import Array, Numbers
 
 ORDER = 24
+REST = 1e-6  # size below which an orbit is at rest
 
 
 @dataclass(eq=False)
@@ -53,7 +54,7 @@ class Series:
         """The quotient for Taylor series (order + 1, n) and (order + 1,), as long as it is right to
         `tolerance`, relative to the orbit and to the rate.
         """
-        scale = max(float(np.abs(packed[0]).max(initial=0.0)), 1e-6)
+        scale = max(float(np.abs(packed[0]).max(initial=0.0)), REST)
         terms = np.column_stack([packed / scale, rates / rates[0]])
         below = denominator(terms)
         plain = reach(terms, np.ones(1), tolerance)
@@ -158,20 +159,15 @@ class SeriesExpansion:
         self.orders = np.zeros((order + 1, rows, size))
         # large temporaries would be returned to the system and faulted in again at every operation
         self._squares = np.empty((n, size, size))
-        first, second = balance.pairs
-        self._upper = first * size + second
-        self._pairs = np.empty((n, len(first)))
         if balance.has_loss:
             self.losses = np.zeros((n, order + 1, size * size))
             self.velocity = np.zeros((n, order + 1, size))
             self.friction = np.zeros((order + 1, n, size))
-        by_last = balance.cubic.reshape(len(first), size, size).transpose(1, 0, 2)
-        self.cubic_by_last = np.ascontiguousarray(by_last).reshape(size, len(first) * size)
 
     def expand(self, x: Array, rate: float, factors: BorderedFactors) -> tuple[Array, Array]:
         """Coefficients (order + 1, n) and rates (order + 1,) of the branch through (x, rate)."""
         balance, basis = self.balance, self.balance.basis
-        size, order = balance.size, self.order
+        order = self.order
         rates = np.zeros(order + 1)
         squares = np.zeros(order + 1)
         rates[0], squares[0] = rate, rate * rate
@@ -181,28 +177,24 @@ class SeriesExpansion:
             return packed, rates
         packed[0] = basis.pack(x)
         self._store(0, x)
-        v0 = self.forward[:, 0].copy()
-        self.secants[:, 0] = balance.secant(v0)
-        cubic_at_v0 = (v0 @ self.cubic_by_last).reshape(len(v0), -1, size)
+        self.secants[:, 0] = balance.secant(self.forward[:, 0])
         if balance.has_loss:
+            self.losses[:, 0] = balance.loss.of(self.forward[:, 0])
             self._store_friction(0)
-        first, second = balance.pairs
-        factors_at_v0 = v0[:, first], v0[:, second]
         rhs = np.zeros(basis.size + 1)
         for k in range(1, order + 1):
             rhs[-1] = 1.0 if k == 1 else 0.0
-            pairs = None
             if k > 1:
-                pairs = self._known_pairs(k)
+                self._known_matrices(k)
                 squares[k] = rates[1:k] @ rates[k - 1 : 0 : -1]
-                rhs[:-1] = -basis.pack(self._known(k, pairs, cubic_at_v0, rates, squares))
+                rhs[:-1] = -basis.pack(self._known(k, rates, squares))
             solution = factors.solve(rhs)
             packed[k] = solution[:-1]
             rates[k] = solution[-1]
             squares[k] += 2.0 * rate * rates[k]
             if k < order:
                 self._store(k, basis.unpack(packed[k]))
-                self._complete(k, pairs, factors_at_v0)
+                self._complete(k)
                 if balance.has_loss:
                     self._store_friction(k)
         return packed, rates
@@ -217,39 +209,33 @@ class SeriesExpansion:
                 self.balance.basis.synthesis @ self.balance.derivative(x)
             )
 
-    def _known_pairs(self, k: int) -> Array:
-        """Products q_j q_l (j <= l) of order k without those of the unknowns of order k."""
+    def _known_matrices(self, k: int) -> None:
+        """Secant matrices (and losses) of order k without what the unknowns of order k add."""
         squares = np.matmul(
             self.forward[:, 1:k].transpose(0, 2, 1),
             self.backward[:, self.order - k + 1 : self.order],
             out=self._squares,
-        )
-        flat = squares.reshape(len(squares), -1)
-        # mode: the indices are known to be good
-        return flat.take(self._upper, axis=1, out=self._pairs, mode="clip")
+        ).reshape(len(self._squares), -1)
+        self.secants[:, k] = self.balance.cubic.of_squares(squares)
+        if self.balance.has_loss:
+            self.losses[:, k] = self.balance.loss.of_squares(squares)
 
-    def _known(
-        self, k: int, pairs: Array, cubic_at_v0: Array, rates: Array, squares: Array
-    ) -> Array:
+    def _known(self, k: int, rates: Array, squares: Array) -> Array:
         """Terms of order k that do not contain the unknowns of order k."""
         balance, basis = self.balance, self.balance.basis
         size = balance.size
-        n = len(pairs)
-        past = slice(self.order - k + 1, self.order)
-        force = np.matmul(
+        n = len(self.forward)
+        past = slice(self.order - k + 1, self.order + 1)
+        samples = np.matmul(
             self.backward[:, past].reshape(n, 1, -1),
-            self.secants[:, 1:k].reshape(n, (k - 1) * size, size),
-        )
-        force += np.matmul(pairs[:, None, :], cubic_at_v0)
-        samples = force[:, 0, :]
+            self.secants[:, 1 : k + 1].reshape(n, k * size, size),
+        )[:, 0]
         if balance.has_loss:
-            partial = (pairs @ balance.loss).reshape(n, size, size)
-            y = np.matmul(self.velocity[:, self.order][:, None, :], partial)
-            y += np.matmul(
+            y = np.matmul(
                 self.velocity[:, past].reshape(n, 1, -1),
-                self.losses[:, 1:k].reshape(n, (k - 1) * size, size),
+                self.losses[:, 1 : k + 1].reshape(n, k * size, size),
             )
-            samples = samples + rates[0] * y[:, 0, :]
+            samples += rates[0] * y[:, 0]
             samples += np.tensordot(rates[k - 1 : 0 : -1], self.friction[1:k], axes=1)
         orders = self.orders[1:k].reshape(k - 1, -1)
         inertia = (squares[k - 1 : 0 : -1] @ orders).reshape(-1, size)
@@ -260,30 +246,20 @@ class SeriesExpansion:
         known += slope @ balance.damping_t
         return np.asarray(known)
 
-    def _complete(self, k: int, pairs: Array | None, v0: tuple[Array, Array]) -> None:
-        """Secant matrices (and losses) of order k, now that the unknowns of order k are there.
-
-        v0 : the first and the second factor of every pair at order 0.
-        """
+    def _complete(self, k: int) -> None:
+        """Secant matrices (and losses) of order k, now that the unknowns of order k are there."""
         balance = self.balance
-        v = self.forward[:, k]
-        first, second = balance.pairs
-        total = v0[0] * v[:, second]
-        total += v0[1] * v[:, first]
-        if pairs is not None:
-            total += pairs
-        np.matmul(total, balance.cubic, out=self.secants[:, k])
+        v0, v = self.forward[:, 0], self.forward[:, k]
+        known = k > 1
+        self.secants[:, k] = balance.cubic.of_mixed(v0, v) + (self.secants[:, k] if known else 0.0)
         if balance.has_quadratic:
             self.secants[:, k] += v @ balance.quadratic
         if balance.has_loss:
-            np.matmul(total, balance.loss, out=self.losses[:, k])
+            self.losses[:, k] = balance.loss.of_mixed(v0, v) + (self.losses[:, k] if known else 0.0)
 
     def _store_friction(self, k: int) -> None:
         """y_k = sum_i W_i z_(k-i), the damping force of order k before the factor rate."""
         size = self.balance.size
-        if k == 0:
-            v0 = self.forward[:, 0]
-            self.losses[:, 0] = self.balance.products(v0) @ self.balance.loss
         n = len(self.losses)
         z = self.velocity[:, self.order - k :].reshape(n, 1, -1)
         w = self.losses[:, : k + 1].reshape(n, (k + 1) * size, size)

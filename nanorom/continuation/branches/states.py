@@ -16,6 +16,8 @@ from nanorom.continuation.settings import Settings, check_range
 from nanorom.continuation.system import ModalSystem
 from nanorom.types import Array
 
+TRUNCATION = 1e-11  # of multipliers that tell stability, not where it changes
+
 
 @attrs.frozen(eq=False)
 class State:
@@ -47,7 +49,7 @@ def states(
     low, high = (value / scaled.frequency for value in check_range(omega))
     support = forced_support(scaled)
     tracer = Tracer(scaled, support, 1, Settings(tolerance=tolerance, steps=steps))
-    floquet = FloquetSolver(scaled, truncation=1e-11)
+    floquet = FloquetSolver(scaled, truncation=TRUNCATION)
     first = first_orbit(tracer, high if falling else low)
     for series in tracer.follow(first, -1.0 if falling else 1.0, (low, high)):
         for a in (0.0, series.length) if tracer.ending == "range" else (0.0,):

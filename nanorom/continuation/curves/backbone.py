@@ -21,7 +21,10 @@ from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
-FIRST_AMPLITUDE = 1e-3
+FIRST_AMPLITUDE = 1e-3  # in units of the scaled system: still linear
+LOWEST, HIGHEST = 0.2, 3.0  # times the natural frequency, where nothing else is asked for
+PARTS = (0.0, 1 / 3, 2 / 3)  # of a step at which there are points
+ABSENT = 1e-12  # of a linear mode: coordinates that do not take part
 
 
 @attrs.frozen(eq=False)
@@ -71,7 +74,7 @@ def backbone(
     frequency, shape = float(np.sqrt(values.real[chosen])), vectors[:, chosen].real
     shape = shape / np.abs(shape).max()
     if omega is None:
-        limits = (0.2 * frequency, 3.0 * frequency)
+        limits = (LOWEST * frequency, HIGHEST * frequency)
     else:
         low, high = check_range(omega)
         limits = (low / scaled.frequency, high / scaled.frequency)
@@ -89,7 +92,7 @@ def backbone(
     most = np.inf if amplitude is None else amplitude / scaled.amplitude
     orbits = []
     for series in tracer.follow(orbit, direction, limits):
-        points = [tracer.orbit(series, f * series.length) for f in (0.0, 1 / 3, 2 / 3)]
+        points = [tracer.orbit(series, f * series.length) for f in PARTS]
         orbits += points
         if orbit_amplitudes(points[-1].coefficients[None]).max() > most:
             break
@@ -114,7 +117,7 @@ def _even_tracer(system: ScaledSystem, shape: Array, settings: Settings) -> Trac
     excites.
     """
     table = np.zeros((system.size, 2), dtype=bool)
-    table[np.abs(shape) > 1e-12, 1] = True
+    table[np.abs(shape) > ABSENT, 1] = True
     closed = close_support(system, Support(table))
     return Tracer(system, Support(closed.table, even=True), 1, settings)
 

@@ -17,6 +17,7 @@ from nanorom.types import Array
 
 FREQUENCIES = 96  # at which orbits are counted
 MOST_SEEDS = 24  # of one level for another
+TINY = 1e-300  # size of a branch of rest
 
 
 def seeds_for(diagram: Diagram, others: Sequence[Diagram]) -> list[PeriodicOrbit]:
@@ -54,7 +55,7 @@ def is_near(branch: Branch, orbit: PeriodicOrbit) -> bool:
         return False
     harmonics = max(orbit.harmonics, max((len(c) - 1) // 2 for c in branch.coefficients))
     points = np.stack([resize(c, harmonics) for c in branch.coefficients])
-    size = max(float(np.abs(points).max()), 1e-300)
+    size = max(float(np.abs(points).max()), TINY)
     frequency = branch.omega / branch.omega.max()
 
     def apart(coefficients: Array, omega: Array | float) -> Array:

@@ -12,17 +12,14 @@ import numpy as np
 from scipy.linalg import lapack
 
 from nanorom.continuation.orbits.harmonics import Basis
+from nanorom.continuation.orbits.pairs import moving_modes
 from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
-
-def by_pair(tensor: Array) -> Array:
-    """A tensor [j, k, ...], symmetric in j, k, to multiply the products q_j q_k of j <= k."""
-    first, second = np.triu_indices(len(tensor))
-    weight = np.where(first == second, 1.0, 2.0)[:, None]
-    columns = int(np.prod(tensor.shape[2:]))
-    return np.ascontiguousarray(weight * tensor[first, second].reshape(len(first), columns))
+REST = 1e-9  # size below which an orbit is at rest
+SMALL = 1e-3  # size below which an orbit is to be right relative to itself, not to its frequency
+ASTRAY, DIVERGING = 1e3, 10.0  # times orbit and change before: corrections that lead nowhere
 
 
 class HarmonicBalance:
@@ -34,7 +31,8 @@ class HarmonicBalance:
         self.system = system
         self.basis = basis
         self.second_weight = basis.second_weight * float(inertia)
-        sub = system.restrict(basis.modes)
+        moving = moving_modes(system, basis.modes)
+        sub = moving.system
         size = sub.size
         self.size = size
         self.damping_t = np.ascontiguousarray(sub.damping.T)
@@ -43,10 +41,8 @@ class HarmonicBalance:
         self.quadratic = np.ascontiguousarray(sub.quadratic.transpose(1, 2, 0)).reshape(
             size, size * size
         )
-        self.pairs = np.triu_indices(size)
-        self.cubic = by_pair(sub.cubic.transpose(1, 2, 3, 0))
+        self.cubic, self.loss = moving.cubic, moving.loss
         self.loss_tensor = sub.loss  # [r, k, j, l], symmetric in j, l
-        self.loss = by_pair(sub.loss.transpose(2, 3, 1, 0))
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
         self.has_loss = bool(self.loss.any())
@@ -67,14 +63,9 @@ class HarmonicBalance:
             + x @ self.stiffness_t
         )
 
-    def products(self, v: Array) -> Array:
-        """q_j q_k for j <= k, (N, L (L + 1) / 2)."""
-        first, second = self.pairs
-        return np.asarray(v[:, first] * v[:, second])
-
     def secant(self, v: Array) -> Array:
         """G(q) with force G(q) q, transposed: (N, L, L) flattened."""
-        g = self.products(v) @ self.cubic
+        g = self.cubic.of(v)
         if self.has_quadratic:
             g += v @ self.quadratic
         if self.has_parametric:
@@ -83,7 +74,7 @@ class HarmonicBalance:
 
     def tangent(self, v: Array) -> Array:
         """d(force)/dq without the linear part, transposed: (N, L, L) flattened."""
-        g: Array = self.products(v) @ self.cubic
+        g: Array = self.cubic.of(v)
         g *= 3.0
         if self.has_quadratic:
             g += 2.0 * (v @ self.quadratic)
@@ -97,7 +88,7 @@ class HarmonicBalance:
         g = self.secant(v).reshape(len(v), size, size)
         force = np.matmul(v[:, None, :], g)[:, 0, :]
         if self.has_loss:
-            w = (self.products(v) @ self.loss).reshape(len(v), size, size)
+            w = self.loss.of(v).reshape(len(v), size, size)
             z = rate * (basis.synthesis @ self.derivative(x))
             force += np.matmul(z[:, None, :], w)[:, 0, :]
         return self.linear(x, rate) + basis.analysis @ force - self.force
@@ -107,7 +98,7 @@ class HarmonicBalance:
         result = 2 * rate * self.second_weight * x + self.derivative(x) @ self.damping_t
         if self.has_loss:
             v = basis.synthesis @ x
-            w = (self.products(v) @ self.loss).reshape(len(v), size, size)
+            w = self.loss.of(v).reshape(len(v), size, size)
             z = basis.synthesis @ self.derivative(x)
             result += basis.analysis @ np.matmul(z[:, None, :], w)[:, 0, :]
         return result
@@ -150,7 +141,7 @@ class HarmonicBalance:
 
     def friction(self, x: Array) -> Array:
         """The operator velocity -> projection of W(q, q) velocity, indexed [j, i, l, r]."""
-        return self._convolution(self.products(self.basis.synthesis @ x) @ self.loss)
+        return self._convolution(self.loss.of(self.basis.synthesis @ x))
 
     def _loss_tangent(self, v: Array, x: Array, rate: float) -> Array:
         """Derivative of W(q, q) q' with respect to q, transposed and flattened."""
@@ -185,12 +176,12 @@ class HarmonicBalance:
                 break
             x = x + self.basis.unpack(change[:-1])
             rate = rate + float(change[-1])
-            scale = max(float(np.abs(x).max(initial=0.0)), 1e-9)
+            scale = max(float(np.abs(x).max(initial=0.0)), REST)
             if abs(change[-1]) <= tolerance * rate and size <= tolerance * max(
-                scale, rate if scale > 1e-3 else scale
+                scale, rate if scale > SMALL else scale
             ):
                 return x, rate, factors
-            if size > 1e3 * max(scale, 1.0) or (size > 10 * previous and size > scale):
+            if size > ASTRAY * max(scale, 1.0) or (size > DIVERGING * previous and size > scale):
                 break
             previous = size
         raise NewtonFailure("no convergence of the harmonic balance")

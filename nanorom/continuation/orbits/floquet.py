@@ -1,33 +1,37 @@
-"""Floquet multipliers of periodic orbits by Taylor series of the variational equation in time.
+"""Floquet multipliers of periodic orbits from the variational equation along them.
 
-The tangent stiffness of a Fourier orbit is a trigonometric polynomial, so on each of M intervals of
-the period the variational equation y'' + C(t) y' + K(t) y = 0 has known Taylor coefficients and its
-fundamental matrix follows by recursion to order 20; all intervals (and many orbits) advance
-together, and a product tree gives the monodromy matrix. The last terms of the series tell the error
-and choose M.
+The tangent stiffness of a Fourier orbit is a trigonometric polynomial. It couples only such modes
+as the moving ones couple: under a symmetric load the modes of a film fall into classes, and the
+variational equation into as many independent parts. A product tree over the intervals of the
+period (`variation`) gives the monodromy matrix of each part.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import factorial
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
-from nanorom.continuation.orbits.balance import by_pair
 from nanorom.continuation.orbits.harmonics import (
     Support,
     differentiate,
     fourier_matrix,
     symmetry_signs,
 )
+from nanorom.continuation.orbits.pairs import Index, PairMatrix
 from nanorom.continuation.orbits.product import LARGE, product_eigenvalues
+from nanorom.continuation.orbits.variation import TAYLOR_ORDER, Variation
 from nanorom.continuation.system import ScaledSystem
 from nanorom.types import Array
 
-TAYLOR_ORDER = 20
 BATCH_DOUBLES = 400_000
-MOST_INTERVALS = 4096
+SupportKey = tuple[bytes, tuple[int, ...]]
+TRUNCATION = 1e-13  # last terms of the series, relative to the map
+DIGITS = 10  # of moduli that tell multipliers apart when they are sorted
+TINY = 1e-300  # modulus below which none is told from zero
 
 
 @lru_cache(maxsize=32)
@@ -49,195 +53,222 @@ def _sampling(harmonics: int, period_multiple: int) -> tuple[Array, Array, Array
     )
 
 
-@lru_cache(maxsize=64)
-def _taylor_table(wide: int, intervals: int, half: bool) -> Array:
-    """Taylor coefficients, in the fraction of an interval, of the Fourier functions: (M * P, 2 wide
-    + 1).
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Modes that the variational equation of orbits in one support couples, and their tangents."""
+
+    modes: Index
+    cubic: PairMatrix  # of moving modes, entries [r, l] of the part
+    quadratic: Array
+    loss: PairMatrix
+    mixed: Array  # [r, k, j, l]: r, j of the part, k, l moving
+    stiffness: Array
+    parametric: Array
+    damping: Array
+    variation: Variation
+
+    @property
+    def size(self) -> int:
+        return len(self.modes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """Samples (n, N, m) of the moving modes of orbits and of their velocities (where those matter);
+    what turns samples into Fourier coefficients; the drive (N,).
     """
-    order = np.arange(TAYLOR_ORDER - 1)
-    step = (np.pi if half else 2 * np.pi) / intervals
-    start = step * np.arange(intervals)
-    k = np.arange(1, wide + 1)
-    factor = (k * step) ** order[:, None] / np.array([float(factorial(int(j))) for j in order])[
-        :, None
-    ]
-    phase = start[:, None, None] * k + order[:, None] * (np.pi / 2)
-    table = np.zeros((intervals, len(order), 2 * wide + 1))
-    table[:, 0, 0] = 1.0
-    table[:, :, 1::2] = factor * np.cos(phase)
-    table[:, :, 2::2] = factor * np.sin(phase)
-    return table.reshape(intervals * len(order), -1)
+
+    rates: Array
+    v: Array
+    z: Array | None
+    analysis: Array
+    drive: Array
+
+    def some(self, chosen: slice) -> _Motion:
+        z = None if self.z is None else self.z[chosen]
+        return replace(self, rates=self.rates[chosen], v=self.v[chosen], z=z)
 
 
 class FloquetSolver:
     """Monodromy matrices and multipliers of orbits of one system, all modes."""
 
-    def __init__(self, system: ScaledSystem, truncation: float = 1e-13) -> None:
+    def __init__(self, system: ScaledSystem, truncation: float = TRUNCATION) -> None:
         self.system, self.truncation = system, truncation
-        size = system.size
-        self.size = size
-        self.cubic = 3.0 * by_pair(system.cubic.transpose(2, 3, 0, 1))
-        self.quadratic = 2.0 * system.quadratic.transpose(1, 0, 2).reshape(size, size * size)
-        self.loss = by_pair(system.loss.transpose(2, 3, 0, 1))
-        self.has_loss = bool(self.loss.any())
+        self.size = system.size
+        self.has_loss = bool(system.loss.any())
         values = np.linalg.eigvals(system.stiffness)
         self.fastest = float(np.sqrt(np.abs(values).max()))
-        self._buffers: dict[str, Array] = {}
-        self._signs: dict[tuple[bytes, tuple[int, ...]], Array | None] = {}
-        self._density: dict[tuple[int, bool], float] = {}  # intervals times rate, learnt on the way
+        self._signs: dict[SupportKey, Array | None] = {}
+        self._parts: dict[SupportKey, tuple[Index, list[_Part]]] = {}
+        # intervals times rate, learnt on the way
+        self._density: dict[tuple[int, bool, int], float] = {}
 
-    def stiffness_harmonics(
-        self, orbits: Array, rates: Array, period_multiple: int
-    ) -> tuple[Array, Array | None]:
-        """Fourier coefficients (n, F, L, L) of the tangent stiffness and of the tangent damping."""
-        system, size = self.system, self.size
-        n, rows, _ = orbits.shape
-        harmonics = (rows - 1) // 2
-        synthesis, analysis, drive = _sampling(harmonics, period_multiple)
-        v = synthesis @ orbits
-        first, second = np.triu_indices(size)
-        pairs = v[:, :, first] * v[:, :, second]
-        stiffness = pairs @ self.cubic
-        if self.quadratic.any():
-            stiffness += v @ self.quadratic
-        stiffness += system.stiffness.ravel()
-        if system.parametric.any():
-            stiffness -= drive[:, None] * system.parametric.ravel()
+    def parts(self, support: Support) -> tuple[Index, list[_Part]]:
+        """The modes that move in a support and the independent parts of the equations."""
+        key = _key(support)
+        if key not in self._parts:
+            moving = np.flatnonzero(support.table.any(axis=1))
+            label = _coupled(self.system, moving)
+            groups = [np.flatnonzero(label == i) for i in range(label.max() + 1)]
+            self._parts[key] = moving, [self._part(moving, group) for group in groups]
+        return self._parts[key]
+
+    def _part(self, moving: Index, modes: Index) -> _Part:
+        system = self.system
+        cubic = system.cubic[np.ix_(modes, modes, moving, moving)].transpose(2, 3, 0, 1)
+        quadratic = system.quadratic[np.ix_(modes, moving, modes)].transpose(1, 0, 2)
+        loss = system.loss[np.ix_(modes, modes, moving, moving)].transpose(2, 3, 0, 1)
+        block = np.ix_(modes, modes)
+        return _Part(
+            modes=modes,
+            cubic=PairMatrix(3.0 * cubic),
+            quadratic=2.0 * quadratic.reshape(len(moving), len(modes) ** 2),
+            loss=PairMatrix(loss),
+            mixed=2.0 * system.loss[np.ix_(modes, moving, modes, moving)],
+            stiffness=system.stiffness[block].ravel(),
+            parametric=system.parametric[block].ravel(),
+            damping=system.damping[block].ravel(),
+            variation=Variation(system.damping[block], self.truncation),
+        )
+
+    def _harmonics(self, part: _Part, motion: _Motion) -> tuple[Array, Array | None]:
+        """Fourier coefficients (n, F, Lp, Lp) of a part's tangent stiffness and damping."""
+        v, z, analysis, drive = motion.v, motion.z, motion.analysis, motion.drive
+        n, count, size = v.shape
+        flat = v.reshape(n * count, size)
+        stiffness = part.cubic.of(flat).reshape(n, count, -1)
+        if part.quadratic.any():
+            stiffness += v @ part.quadratic
+        stiffness += part.stiffness
+        if part.parametric.any():
+            stiffness -= drive[:, None] * part.parametric
         damping = None
-        if self.has_loss:
-            z = rates[:, None, None] * (
-                synthesis @ np.stack([differentiate(orbit) for orbit in orbits])
-            )
-            mixed = np.einsum("rkjl,nsl,nsk->nsrj", system.loss, v, z, optimize=True)
-            stiffness += 2.0 * mixed.reshape(n, len(drive), -1)
-            damping = pairs @ self.loss + system.damping.ravel()
-            damping = (analysis @ damping).reshape(n, -1, size, size)
-        return (analysis @ stiffness).reshape(n, -1, size, size), damping
+        if z is not None:
+            mixed = np.einsum("rkjl,nsl,nsk->nsrj", part.mixed, v, z, optimize=True)
+            stiffness += mixed.reshape(n, count, -1)
+            damping = part.loss.of(flat).reshape(n, count, -1) + part.damping
+            damping = (analysis @ damping).reshape(n, -1, part.size, part.size)
+        return (analysis @ stiffness).reshape(n, -1, part.size, part.size), damping
 
-    def monodromy(
+    def maps(
         self, orbits: Array, rates: Array, period_multiple: int, support: Support
     ) -> tuple[Array, Array]:
         """Fundamental matrices over one period, or over half of it (with the symmetry applied) if
         symmetric, and their eigenvalues.
 
-        orbits (n, 2H + 1, L), rates (n,) = omega / period_multiple; result (n, 2L, 2L) for the
-        state (q, q') and (n, 2L).
+        orbits (n, 2H + 1, L), rates (n,) = omega / period_multiple; result (n, d): the matrices of
+        the parts, flattened one after the other, and (n, 2L).
         """
-        size = self.size
-        stiffness, damping = self.stiffness_harmonics(orbits, rates, period_multiple)
+        moving, parts = self.parts(support)
+        harmonics = (orbits.shape[1] - 1) // 2
+        synthesis, analysis, drive = _sampling(harmonics, period_multiple)
+        z = None
+        if self.has_loss:
+            slopes = np.stack([differentiate(orbit) for orbit in orbits])
+            z = rates[:, None, None] * (synthesis @ slopes[:, :, moving])
+        motion = _Motion(rates, synthesis @ orbits[:, :, moving], z, analysis, drive)
+        found = [self._part_maps(part, motion, period_multiple, support) for part in parts]
+        matrices = [matrix.reshape(len(orbits), -1) for matrix, _ in found]
+        values = np.concatenate([eigenvalues for _, eigenvalues in found], axis=1)
+        return np.concatenate(matrices, axis=1), values
+
+    def _part_maps(
+        self, part: _Part, motion: _Motion, period_multiple: int, support: Support
+    ) -> tuple[Array, Array]:
+        """Matrices (n, 2 Lp, 2 Lp) and eigenvalues (n, 2 Lp) of one part."""
+        size, rates = part.size, motion.rates
         signs = self.signs(support)
         half = signs is not None
-        key = (period_multiple, half)
+        key = (period_multiple, half, int(part.modes[0]))
         start = (np.pi if half else 2 * np.pi) * self.fastest / 2.5
         density = self._density.get(key, start)
         intervals = max(3, int(np.ceil(density / float(rates.min()))))
         per_orbit = intervals * TAYLOR_ORDER * 3 * size * size
         batch = max(1, BATCH_DOUBLES // per_orbit)
-        result = np.empty((len(orbits), 2 * size, 2 * size))
-        eigenvalues = np.empty((len(orbits), 2 * size), dtype=complex)
-        for first in range(0, len(orbits), batch):
-            part = slice(first, first + batch)
-            loss = None if damping is None else damping[part]
-            maps, intervals = self._propagate(stiffness[part], loss, rates[part], intervals, half)
+        result = np.empty((len(rates), 2 * size, 2 * size))
+        eigenvalues = np.empty((len(rates), 2 * size), dtype=complex)
+        for first in range(0, len(rates), batch):
+            some = slice(first, first + batch)
+            stiffness, damping = self._harmonics(part, motion.some(some))
+            maps, intervals = part.variation.propagate(
+                stiffness, damping, rates[some], intervals, half
+            )
             if signs is not None:
-                maps[:, -1] *= np.tile(signs, 2)[:, None]
-            result[part] = _product(maps)
-            eigenvalues[part] = np.linalg.eigvals(result[part])
-            for i in np.flatnonzero(np.abs(result[part]).max(axis=(1, 2)) > LARGE):
+                maps[:, -1] *= np.tile(signs[part.modes], 2)[:, None]
+            result[some] = _product(maps)
+            eigenvalues[some] = np.linalg.eigvals(result[some])
+            for i in np.flatnonzero(np.abs(result[some]).max(axis=(1, 2)) > LARGE):
                 eigenvalues[first + i] = product_eigenvalues(maps[i])
         self._density[key] = intervals * float(rates.min())
         return result, eigenvalues
 
+    def entries(self, support: Support) -> int:
+        """Number of entries d of the independent parts of a monodromy matrix."""
+        return sum(4 * part.size**2 for part in self.parts(support)[1])
+
+    def eigenvalues(self, matrices: Array, support: Support) -> Array:
+        """Eigenvalues (n, 2L) of matrices (n, d) as `maps` returns them."""
+        _, parts = self.parts(support)
+        values, first = [], 0
+        for part in parts:
+            side = 2 * part.size
+            block = matrices[:, first : first + side * side].reshape(-1, side, side)
+            values.append(np.linalg.eigvals(block).astype(complex))
+            first += side * side
+        return np.concatenate(values, axis=1)
+
+    def monodromy(
+        self, orbits: Array, rates: Array, period_multiple: int, support: Support
+    ) -> tuple[Array, Array]:
+        """As `maps`, with the matrices (n, 2L, 2L) for the state (q, q')."""
+        matrices, eigenvalues = self.maps(orbits, rates, period_multiple, support)
+        result = np.zeros((len(orbits), 2 * self.size, 2 * self.size))
+        first = 0
+        for part in self.parts(support)[1]:
+            place = np.append(part.modes, self.size + part.modes)
+            side = len(place)
+            block = matrices[:, first : first + side * side].reshape(-1, side, side)
+            result[:, place[:, None], place] = block
+            first += side * side
+        return result, eigenvalues
+
     def signs(self, support: Support) -> Array | None:
         """The signs of the half-period symmetry of orbits in a support, if they have it."""
-        key = (support.table.tobytes(), support.table.shape)
+        key = _key(support)
         if key not in self._signs:
             self._signs[key] = symmetry_signs(self.system, support, support.modulus // 2)
         return self._signs[key]
-
-    def _propagate(
-        self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
-    ) -> tuple[Array, int]:
-        """Maps (n, M, 2L, 2L) and the number of intervals that would have been just enough."""
-        while True:
-            maps, error = self._interval_maps(stiffness, damping, rates, intervals, half)
-            # the last terms fall with the order of the series
-            needed = intervals * (max(error, 1e-18) / self.truncation) ** (1.0 / TAYLOR_ORDER)
-            wanted = int(np.clip(np.ceil(1.05 * needed), 3, MOST_INTERVALS))
-            if needed <= intervals or intervals == MOST_INTERVALS:
-                return maps, wanted
-            intervals = wanted
-
-    def _interval_maps(
-        self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
-    ) -> tuple[Array, float]:
-        """Maps of the state (q, q') over each interval, (n, M, 2L, 2L), and the relative size of
-        the last terms.
-        """
-        size, order = self.size, TAYLOR_ORDER
-        n = len(rates)
-        table = _taylor_table((stiffness.shape[1] - 1) // 2, intervals, half)
-        durations = (np.pi if half else 2 * np.pi) / intervals / rates
-        local = self._local(stiffness * (durations**2)[:, None, None, None], table, intervals)
-        if damping is not None:
-            friction = self._local(
-                damping * durations[:, None, None, None], table, intervals, "friction"
-            )
-        linear = -self.system.damping * durations[:, None, None, None]
-        # y[:, :, order - j] holds the Taylor coefficient j of the fundamental matrix (value, slope
-        # = identity)
-        y = self._buffer("y", (n, intervals, order + 1, size, 2 * size))
-        force = self._buffer("force", (n, intervals, size, 2 * size))
-        y[:, :, order] = np.eye(size, 2 * size)
-        y[:, :, order - 1] = np.eye(size, 2 * size, size)
-        flat = y.reshape(n, intervals, (order + 1) * size, 2 * size)
-        for j in range(order - 1):
-            matrix = local[:, :, :, : j + 1].reshape(n, intervals, size, (j + 1) * size)
-            np.matmul(matrix, flat[:, :, (order - j) * size :], out=force)
-            if damping is None:
-                force -= (j + 1.0) * np.matmul(linear, y[:, :, order - j - 1])
-            else:
-                weights = np.arange(j + 1, 0, -1.0).repeat(size)[:, None]
-                past = flat[:, :, (order - j - 1) * size : order * size] * weights
-                force += np.matmul(friction[:, :, :, : j + 1].reshape(n, intervals, size, -1), past)
-            np.multiply(force, -1.0 / ((j + 2.0) * (j + 1.0)), out=y[:, :, order - j - 2])
-        maps = self._buffer("maps", (n, intervals, 2 * size, 2 * size))
-        np.sum(y, axis=2, out=maps[:, :, :size])
-        slopes = np.arange(order, -1, -1.0)
-        np.einsum("j,nmjab->nmab", slopes, y, out=maps[:, :, size:])
-        error = float(np.abs(y[:, :, :2]).max())
-        scale = durations[:, None, None, None]
-        maps[:, :, size:] /= scale
-        maps[:, :, :, size:] *= scale
-        return maps, error
-
-    def _local(self, harmonics: Array, table: Array, intervals: int, name: str = "local") -> Array:
-        """Taylor coefficients of a matrix function on every interval: view (n, M, L, P, L)."""
-        size = self.size
-        n = len(harmonics)
-        by_row = np.ascontiguousarray(harmonics.transpose(0, 2, 1, 3))
-        local = self._buffer(name, (n, size, len(table), size))
-        np.matmul(table, by_row, out=local)
-        return local.reshape(n, size, intervals, -1, size).transpose(0, 2, 1, 3, 4)
-
-    def _buffer(self, name: str, shape: tuple[int, ...]) -> Array:
-        """Work space that is reused: large temporaries are faulted in anew at every operation."""
-        count = int(np.prod(shape))
-        if name not in self._buffers or self._buffers[name].size < count:
-            self._buffers[name] = np.empty(count)
-        return self._buffers[name][:count].reshape(shape)
 
     def multipliers(
         self, orbits: Array, rates: Array, period_multiple: int, support: Support
     ) -> Array:
         """All multipliers (n, 2L) over the whole period, largest modulus first."""
-        _, values = self.monodromy(orbits, rates, period_multiple, support)
+        _, values = self.maps(orbits, rates, period_multiple, support)
         return sort_multipliers(values if self.signs(support) is None else values**2)
+
+
+def _key(support: Support) -> SupportKey:
+    return support.table.tobytes(), support.table.shape
+
+
+def _coupled(system: ScaledSystem, moving: Index) -> Index:
+    """Numbers (L,) of the parts into which the modes fall while only some of them move."""
+    every = np.ix_(np.arange(system.size), np.arange(system.size), moving, moving)
+    joined = (system.stiffness != 0) | (system.damping != 0) | (system.parametric != 0)
+    joined |= (system.cubic[every] != 0).any(axis=(2, 3))
+    joined |= (system.quadratic[:, :, moving] != 0).any(axis=2)
+    if system.loss.any():
+        loss = system.loss != 0
+        joined |= loss[every].any(axis=(2, 3))
+        joined |= loss[:, moving][:, :, :, moving].any(axis=(1, 3))
+    return np.asarray(connected_components(coo_matrix(joined), directed=False)[1])
 
 
 def sort_multipliers(values: Array) -> Array:
     """Largest modulus first, conjugates with the positive imaginary part first."""
-    keys = np.lexsort((-values.imag, -np.round(np.abs(values), 10)), axis=-1)
+    # to ten digits, relative to each: conjugates must not be told apart by round-off
+    sizes = np.log(np.maximum(np.abs(values), TINY))
+    keys = np.lexsort((-values.imag, -np.round(sizes, DIGITS)), axis=-1)
     return np.take_along_axis(values, keys, axis=-1)
 
 

@@ -79,14 +79,15 @@ class Orbit:
         return self.rate * self.period_multiple
 
 
-SAME_ORBIT = 1e-6
+SAME_ORBIT = 1e-6  # of an orbit
+REST = 1e-9  # size below which an orbit is at rest
 
 
 def same_orbit(first: Orbit, second: Orbit, tolerance: float = SAME_ORBIT) -> bool:
     """Whether two orbits of one frequency are the same up to a shift by periods of the drive."""
     rows = min(len(first.coefficients), len(second.coefficients))
     one, two = first.coefficients[:rows], second.coefficients[:rows]
-    scale = max(float(np.abs(two).max(initial=0.0)), 1e-9)
+    scale = max(float(np.abs(two).max(initial=0.0)), REST)
     for shift in range(first.period_multiple):
         moved = turned(one, 2 * np.pi * shift / first.period_multiple)
         if np.abs(moved - two).max(initial=0.0) < tolerance * scale:

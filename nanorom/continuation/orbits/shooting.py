@@ -15,9 +15,9 @@ import numpy as np
 from scipy.sparse import block_diag, eye, kron
 from scipy.sparse.linalg import splu
 
-from nanorom.continuation.orbits.balance import by_pair
 from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
 from nanorom.continuation.orbits.orbit import Orbit
+from nanorom.continuation.orbits.pairs import moving_modes
 from nanorom.continuation.orbits.product import product_eigenvalues
 from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
@@ -27,6 +27,8 @@ TIME_ORDER = 24
 SMALL = 1e-14  # last terms of a segment, relative to the orbit
 MOST_SEGMENTS = 7000
 STEP_ANGLE = 1.5  # of the fastest mode within a segment
+CONVERGED = 1e-12  # of an orbit: the last change of Newton's method
+REST, TINY = 1e-9, 1e-300  # sizes of an orbit at rest, and of none
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +61,11 @@ class TaylorStepper:
         self.system, self.order = system, order
         size = system.size
         # matrices [l, r] of the force G(q) q, linear in q_j q_k of j <= k, or in q_j
-        self.cubic = by_pair(system.cubic.transpose(2, 3, 1, 0))
-        self.loss = by_pair(system.loss.transpose(2, 3, 1, 0))
+        moving = moving_modes(system, np.arange(size))
+        self.cubic, self.loss = moving.cubic, moving.loss
         self.quadratic = np.ascontiguousarray(system.quadratic.transpose(1, 2, 0)).reshape(
             size, size * size
         )
-        first, second = np.triu_indices(size)
-        self.upper = first * size + second
         self.has_quadratic, self.has_loss = bool(self.quadratic.any()), bool(self.loss.any())
         frequencies = np.sqrt(np.abs(np.linalg.eigvals(system.stiffness)))
         self.fastest = float(frequencies.max())
@@ -93,9 +93,9 @@ class TaylorStepper:
         for k in range(order - 1):
             factor = (omega * duration) ** k / float(_factorial(k))
             drive = factor * np.cos(phase + k * np.pi / 2)
-            pairs = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
-            pairs = pairs.reshape(n, -1)[:, self.upper]
-            cubic = (pairs @ self.cubic).reshape(n, size, size)
+            squares = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
+            squares = squares.reshape(n, -1)
+            cubic = self.cubic.of_squares(squares).reshape(n, size, size)
             linear = -drive[:, None, None] * parametric
             if k == 0:
                 linear = linear + stiffness
@@ -114,14 +114,14 @@ class TaylorStepper:
             speed = (k + 1) * q[:, k + 1] / h
             force += speed @ system.damping.T
             if friction is not None:
-                friction[:, k] = (pairs @ self.loss).reshape(n, size, size)
+                friction[:, k] = self.loss.of_squares(squares).reshape(n, size, size)
                 speeds = back[:, order - k - 1 : order] * np.arange(k + 1, 0, -1.0)[:, None]
                 loss = friction[:, : k + 1].reshape(n, -1, size)
                 force += np.matmul((speeds / h[:, :, None]).reshape(n, 1, -1), loss)[:, 0]
             q[:, k + 2] = back[:, order - k - 2] = -(h**2) * force / ((k + 1) * (k + 2))
         weights = np.arange(order + 1.0)
         ends = np.concatenate([q.sum(axis=1), np.einsum("k,nkr->nr", weights, q) / h], axis=1)
-        error = float(np.abs(q[:, -2:]).max() / max(np.abs(q).max(), 1e-300))
+        error = float(np.abs(q[:, -2:]).max() / max(np.abs(q).max(), TINY))
         if tangent is None:
             return ends, None, error
         if friction is not None:
@@ -181,7 +181,7 @@ class Shooting:
         return Shot(float(np.abs(defects).max()), maps)
 
     def correct(
-        self, orbit: Orbit, tolerance: float = 1e-12, iterations: int = 10
+        self, orbit: Orbit, tolerance: float = CONVERGED, iterations: int = 10
     ) -> tuple[Array, Shot]:
         """Newton's method at fixed frequency: the state (2L,) at phase 0 and what shooting says of
         the orbit.
@@ -191,7 +191,7 @@ class Shooting:
             gaps, maps, _ = self._gaps(nodes, phases, duration, orbit.omega)
             change = _cyclic_solve(maps, gaps)
             nodes = nodes + change
-            if np.abs(change).max() < tolerance * max(np.abs(nodes).max(), 1e-9):
+            if np.abs(change).max() < tolerance * max(np.abs(nodes).max(), REST):
                 gaps, maps, _ = self._gaps(nodes, phases, duration, orbit.omega)
                 return nodes[0], Shot(float(np.abs(gaps).max()), maps)
         raise ContinuationError("shooting does not converge to a periodic orbit")

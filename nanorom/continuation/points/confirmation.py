@@ -26,6 +26,8 @@ HOPELESS = 1e-2  # distance of the critical multiplier that no better expansion 
 SAME = 1e-9  # of a frequency
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
+CORRECTED = 1e-10  # of the orbit: the last change of Newton's method
+FIRST_SECANT, LAST_SECANT, SECANTS = 1e-3, 1e-7, 8  # of the window: changes; most of them
 ROUNDS = 6  # of expansions at a point, each nearer to it
 WINDOW = 0.2  # of the step in which the point was found
 
@@ -83,7 +85,7 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
     x, rate = series.at(a)
     x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
     larger, expansion = tracer.pair(harmonics)
-    x, rate, factors = larger.correct(x, rate, border, 1e-10)
+    x, rate, factors = larger.correct(x, rate, border, CORRECTED)
     packed, rates = expansion.expand(x, rate, factors)
     return Series.from_terms(larger, packed, rates, DIVERGED)
 
@@ -111,7 +113,7 @@ def _zero(
         if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
-        _, eigenvalues = floquet.monodromy(
+        _, eigenvalues = floquet.maps(
             np.stack([orbit.coefficients for orbit in orbits]),
             np.array([orbit.rate for orbit in orbits]),
             tracer.period_multiple,
@@ -120,14 +122,14 @@ def _zero(
         slopes = [series.rate_slope(a) for a in points]
         return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 
-    step = 1e-3 * window
+    step = FIRST_SECANT * window
     a, (here, there) = around, critical([around, around + step])
     slope = (there - here) / step
-    for _ in range(8):
+    for _ in range(SECANTS):
         change = -here / slope if slope else np.inf
         if abs(a + change - around) > window:
             raise ContinuationError("no zero in the neighbourhood")
-        if abs(change) < 1e-7 * window:  # the secant's next change is its square
+        if abs(change) < LAST_SECANT * window:  # the secant's next change is its square
             return a + change
         before, a = here, a + change
         here = critical([a])[0]

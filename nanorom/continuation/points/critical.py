@@ -160,9 +160,9 @@ class CriticalBalance:
         basis, size = operator.basis, operator.size
         q, r = basis.synthesis @ x, basis.synthesis @ right
         weights = basis.analysis.T @ left
-        first, second = operator.pairs
+        first, second = operator.cubic.first, operator.cubic.second
         pairs = (q[:, first] * r[:, second] + q[:, second] * r[:, first]) / 2
-        tensor = 6.0 * (pairs @ operator.cubic)
+        tensor = 6.0 * operator.cubic(pairs)
         if operator.has_quadratic:
             tensor = tensor + 2.0 * (r @ operator.quadratic)
         samples = np.matmul(tensor.reshape(-1, size, size), weights[:, :, None])[:, :, 0]

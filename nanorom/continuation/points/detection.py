@@ -15,6 +15,7 @@ from nanorom.continuation.branches.path import Path, Place
 from nanorom.continuation.orbits.bifurcations import (
     CROSSED,
     FOLD,
+    REAL,
     Condition,
     Kind,
     conditions,
@@ -34,6 +35,15 @@ INSIDE = 0.5  # modulus of multipliers that will not soon be critical
 GOOD_ESTIMATE = 3e-3  # of a multiplier at an interpolated root, which then needs no search
 ROOT_TOLERANCE = 0.1  # of a located root; polishing and shooting decide
 LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
+ESTIMATED = 1e-3  # of an interval: interpolated roots
+ROUND_OFF = 1e-12  # of a place within a step
+APART = 1e-6  # of an average step: places closer than that are one
+MANY = 0.2  # of the points: so many poor ones are mended before anything else is looked for
+LOGS, STEEP = 600.0, 50.0  # logarithms whose exponentials are still numbers, and of use
+LEAST_GAIN = 0.3  # of a sample, by which the vertex of a parabola must lie below it
+AT_SAMPLE = 1e-3  # of a stencil: a vertex so close to the middle sample is no news
+GRID = 64  # places of a vertex in a stencil, so that round-off does not move the point
+WITHIN = 0.9  # of the way to the neighbours
 
 
 @dataclass(frozen=True)
@@ -62,7 +72,7 @@ class Detector:
         size = 2 * path.tracer.system.size
         self.places: list[Place] = []
         self.positions = np.empty(0)
-        self.maps = np.empty((0, size, size))
+        self.maps = np.empty((0, path.floquet.entries(path.tracer.support)))
         self.eigenvalues = np.empty((0, size), dtype=complex)
         self.conditions = conditions(path.tracer.system.size)
         self._between: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
@@ -76,7 +86,7 @@ class Detector:
             if len(self.places) > most:  # multipliers beyond interpolation: exact points must do
                 break
             wanted = self._unresolved()
-            wanted += self._suspicious() if len(wanted) < 0.2 * len(self.places) else []
+            wanted += self._suspicious() if len(wanted) < MANY * len(self.places) else []
             if not self._insert(wanted):
                 break
         found = self._folds()
@@ -88,11 +98,10 @@ class Detector:
         """Evaluate new places, unless they are there already."""
         positions = np.array([self.path.position(place) for place in places])
         fresh: list[int] = []
+        least = APART * self.path.offsets[-1] / len(self.path.steps)
         for i in np.argsort(positions, kind="stable"):
             known = np.append(self.positions, positions[fresh])
-            if np.abs(known - positions[i]).min(initial=np.inf) > 1e-6 * self.path.offsets[
-                -1
-            ] / len(self.path.steps):
+            if np.abs(known - positions[i]).min(initial=np.inf) > least:
                 fresh.append(int(i))
         if not fresh:
             return False
@@ -114,10 +123,10 @@ class Detector:
         fresh = [i for i in range(count) if keys[i] not in self._left_out]
         if fresh:
             maps = [
-                np.tensordot(_lagrange(s[near], s[i : i + 1])[0], self.maps[near], axes=1)
+                _lagrange(s[near], s[i : i + 1])[0] @ self.maps[near]
                 for i, near in ((i, stencils[i]) for i in fresh)
             ]
-            errors = _apart(self.eigenvalues[fresh], np.linalg.eigvals(np.array(maps)))
+            errors = _apart(self.eigenvalues[fresh], self.path.eigenvalues(np.array(maps)))
             self._left_out.update({keys[i]: error for i, error in zip(fresh, errors)})
         poor = [i for i in range(count) if self._left_out[keys[i]] > LEAVE_ONE_OUT]
         return [
@@ -180,7 +189,7 @@ class Detector:
         for _ in range(LEVELS):
             length = length / SAMPLES
             places = start[:, None] + length[:, None] * np.arange(1, SAMPLES)
-            values = np.linalg.eigvals(self._maps_at(number, places))
+            values = self.path.eigenvalues(self._maps_at(number, places))
             values = values.reshape(*places.shape, -1).astype(complex)
             found.append((number.repeat(SAMPLES - 1), places.ravel(), values))
             chain = np.concatenate([ends[:, :1], values, ends[:, 1:]], axis=1)
@@ -201,15 +210,13 @@ class Detector:
 
     def _maps_at(self, numbers: Array, places: Array) -> Array:
         """Interpolated maps at places (n, m), each row after the point of that number."""
-        size = self.maps.shape[-1]
-        result = np.empty((*places.shape, size, size))
+        result = np.empty((*places.shape, self.maps.shape[1]))
         for i in np.unique(numbers):
             rows = numbers == i
             near = _stencil(self.positions, i + 0.5, STENCIL)
             weights = _lagrange(self.positions[near], places[rows].ravel())
-            maps = weights @ self.maps[near].reshape(len(near), -1)
-            result[rows] = maps.reshape(-1, places.shape[1], size, size)
-        return result.reshape(-1, size, size)
+            result[rows] = (weights @ self.maps[near]).reshape(-1, *result.shape[1:])
+        return result.reshape(-1, result.shape[-1])
 
     def _folds(self) -> list[Detected]:
         found = []
@@ -251,14 +258,14 @@ class Detector:
 
         def value(position: float) -> float:
             weights = _lagrange(s[near], np.array([position]))[0]
-            eigenvalues = np.linalg.eigvals(np.tensordot(weights, self.maps[near], axes=1))[None]
+            eigenvalues = self.path.eigenvalues((weights @ self.maps[near])[None])
             slope = self.path.rate_slope(self.path.place(position))
             signs, logs = test_function(condition, eigenvalues, np.array([slope]))
-            return float(signs[0] * np.exp(np.clip(logs[0], -600, 600)))
+            return float(signs[0] * np.exp(np.clip(logs[0], -LOGS, LOGS)))
 
         low, high = s[number], s[number + 1]
         try:
-            return self.path.place(brentq(value, low, high, xtol=1e-3 * (high - low)))
+            return self.path.place(brentq(value, low, high, xtol=ESTIMATED * (high - low)))
         except ValueError:  # round-off: a point is itself the zero
             return self.path.place(low)
 
@@ -275,11 +282,12 @@ class Detector:
             signs, logs = test_function(condition, eigenvalues, slope)
             if reference is None:
                 reference = float(logs[0])
-            return float(signs[0] * np.exp(np.clip(logs[0] - reference, -600, 600)))
+            return float(signs[0] * np.exp(np.clip(logs[0] - reference, -LOGS, LOGS)))
 
         try:
             return Place(
-                step, float(brentq(value, low.a, last, xtol=LOCATED * (last - low.a), rtol=1e-12))
+                step,
+                float(brentq(value, low.a, last, xtol=LOCATED * (last - low.a), rtol=ROUND_OFF)),
             )
         except ValueError:
             return None
@@ -342,7 +350,7 @@ def _neutral(before: Array, after: Array) -> bool:
 
     def split(values: Array) -> tuple[int, int, int]:
         # a real pair may turn complex, cross the circle and be real again
-        complex_ones, outside = np.abs(values.imag) > 1e-9, np.abs(values) > 1
+        complex_ones, outside = np.abs(values.imag) > REAL, np.abs(values) > 1
         return complex_ones.sum(), (complex_ones & outside).sum(), outside.sum()
 
     return split(before) == split(after)
@@ -350,7 +358,7 @@ def _neutral(before: Array, after: Array) -> bool:
 
 def _vertex(positions: Array, logs: Array) -> float | None:
     """Where a parabola through three values has its minimum, if that is worth another point."""
-    values = np.exp(np.clip(logs - logs[1], -50, 50))
+    values = np.exp(np.clip(logs - logs[1], -STEEP, STEEP))
     left, right = positions[0] - positions[1], positions[2] - positions[1]
     bend = ((values[2] - 1) / right - (values[0] - 1) / left) / (right - left)
     slope = (values[2] - 1) / right - bend * right
@@ -358,9 +366,9 @@ def _vertex(positions: Array, logs: Array) -> float | None:
         return None
     vertex = -slope / (2 * bend)
     gain = slope**2 / (4 * bend)
-    if gain < 0.3 or abs(vertex) < 1e-3 * (right - left):
+    if gain < LEAST_GAIN or abs(vertex) < AT_SAMPLE * (right - left):
         return None
     # on a grid, so that round-off does not move the point
-    vertex = float(np.round(64 * vertex / (right - left)) / 64 * (right - left))
-    vertex = float(np.clip(vertex, 0.9 * left, 0.9 * right))
+    vertex = float(np.round(GRID * vertex / (right - left)) / GRID * (right - left))
+    vertex = float(np.clip(vertex, WITHIN * left, WITHIN * right))
     return float(positions[1] + vertex)

@@ -31,6 +31,13 @@ MOST_STEPS_BACK = 10  # to a bifurcation from the first orbit found beside it
 NEAR = 3.0  # times the distance in the critical direction: farther away is another place
 IMAGES = 1e-3  # of the change of frequency, which both halves of a pitchfork have in common
 END_EXTENT = 3e-3  # of the largest deviation from the fixed space
+DISTANCES = (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4)  # from a bifurcation, in the order tried
+REACHED = 1e-3  # of the distance wanted: what a first orbit may miss it by
+LEAST_CHANGE = 1e-6  # of frequency: a smaller one tells no halves apart
+ABSENT = 1e-6  # of the critical direction: coefficients that do not take part
+SHIFT = 1e-12  # of the matrix, which is singular at the very point
+ITERATIONS = 4  # of the inverse power method: one would do but for an unlucky start
+RETURNED = 1e-3  # of the deviation from the fixed space at the start of a step
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +69,7 @@ class Bifurcation:
         self.direction = self._null_vector(system)
         numbers = (np.arange(len(self.direction)) + 1) // 2
         table = inherited.table.copy()
-        present = np.abs(self.direction) > 1e-6 * np.abs(self.direction).max()
+        present = np.abs(self.direction) > ABSENT * np.abs(self.direction).max()
         for residue in range(table.shape[1]):
             table[:, residue] |= present[numbers % table.shape[1] == residue].any(axis=0)
         self.support = close_support(system, Support(table))
@@ -80,9 +87,9 @@ class Bifurcation:
         if len(outside) == 0:
             raise NewtonFailure("the bifurcating branch has the support of its parent")
         block = matrix[np.ix_(outside, outside)]
-        block = block + 1e-12 * np.abs(block).max() * np.eye(len(outside))
+        block = block + SHIFT * np.abs(block).max() * np.eye(len(outside))
         vector = np.cos(1.0 + np.arange(len(outside)))  # any start that is not orthogonal
-        for _ in range(4):
+        for _ in range(ITERATIONS):
             vector = np.linalg.solve(block, vector)
             vector /= np.linalg.norm(vector)
         direction = np.zeros(matrix.shape[0])
@@ -98,7 +105,7 @@ class Bifurcation:
         the bifurcation shows; it is taken if there is no other.
         """
         passing: Start | None = None
-        for distance in (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4):
+        for distance in DISTANCES:
             orbit = self._start(self.direction, distance)
             if orbit is None:
                 continue
@@ -133,7 +140,7 @@ class Bifurcation:
 
     def _alike(self, first: Orbit, second: Orbit) -> bool:
         one, two = first.rate - self.orbit.rate, second.rate - self.orbit.rate
-        return abs(one - two) < IMAGES * max(abs(one), abs(two), 1e-6)
+        return abs(one - two) < IMAGES * max(abs(one), abs(two), LEAST_CHANGE)
 
     def _start(self, direction: Array, distance: float) -> Orbit | None:
         """The orbit of the branch at a distance from the bifurcation."""
@@ -150,7 +157,7 @@ class Bifurcation:
             balance.basis.pack(balance.basis.compress(part))
             for part in (direction, orbit.coefficients)
         ]
-        off = abs(float(packed[0] @ packed[1]) - distance) > 1e-3 * distance
+        off = abs(float(packed[0] @ packed[1]) - distance) > REACHED * distance
         # the same distance in this direction may be had elsewhere, far along this or another branch
         harmonics = (len(orbit.coefficients) - 1) // 2
         moved = float(
@@ -186,7 +193,7 @@ class Bifurcation:
         # a projection may vanish while the part itself does not
         for root in roots:
             part = root ** np.arange(len(outside)) @ outside
-            if np.linalg.norm(part) < 1e-3 * np.linalg.norm(outside[0]):
+            if np.linalg.norm(part) < RETURNED * np.linalg.norm(outside[0]):
                 return root
         return None
 

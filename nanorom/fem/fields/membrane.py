@@ -11,7 +11,7 @@ from dolfinx import fem
 from scipy.sparse import csr_matrix
 
 from nanorom.fem.fields import quadrature
-from nanorom.fem.models.plate import Plate
+from nanorom.fem.fields.surface import Membrane
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import AXES, Parity
 
@@ -22,7 +22,7 @@ def slope_product(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.stack([x1 * x2, y1 * y2, 0.5 * (x1 * y2 + y1 * x2)])
 
 
-def strain(plate: Plate, field: quadrature.CellFields, displacement: np.ndarray) -> np.ndarray:
+def strain(plate: Membrane, field: quadrature.CellFields, displacement: np.ndarray) -> np.ndarray:
     """sym grad u, components (3, c, q, m), of displacements (local dofs, m)."""
     dofs = compat.cell_dofs(plate.in_plane)[field.cells]
     return strain_of_cells(field, displacement[2 * dofs], displacement[2 * dofs + 1])
@@ -34,7 +34,7 @@ def strain_of_cells(field: quadrature.CellFields, u: np.ndarray, v: np.ndarray) 
     return np.stack([u_x, v_y, 0.5 * (u_y + v_x)])
 
 
-def force(plate: Plate, strain: np.ndarray) -> np.ndarray:
+def force(plate: Membrane, strain: np.ndarray) -> np.ndarray:
     """C:E, components (3, ...), of strains (3, ...)."""
     nu = float(plate.nu.value)
     scale = float(plate.membrane_stiffness.value) / (1 - nu**2)
@@ -49,14 +49,14 @@ def product(force: np.ndarray, strain: np.ndarray) -> np.ndarray:
     return f_xx.T @ xx + f_yy.T @ yy + 2 * (f_xy.T @ xy)
 
 
-def no_load(plate: Plate, columns: int) -> np.ndarray:
+def no_load(plate: Membrane, columns: int) -> np.ndarray:
     """Zero loads (local dofs, m), ghosts included."""
     index_map = plate.in_plane.dofmap.index_map
     return np.zeros((2 * (index_map.size_local + index_map.num_ghosts), columns))
 
 
 def add_load(
-    plate: Plate, field: quadrature.CellFields, force: np.ndarray, loads: np.ndarray
+    plate: Membrane, field: quadrature.CellFields, force: np.ndarray, loads: np.ndarray
 ) -> None:
     """Add int N:sym grad v of weighted forces (3, c, q, m) to loads (local dofs, m)."""
     c, q, _, n = field.gradients.shape
@@ -70,7 +70,7 @@ def add_load(
         loads[2 * rows + component] += spread @ np.matmul(gradients, traction).reshape(c * n, -1)
 
 
-def summed(plate: Plate, loads: np.ndarray) -> np.ndarray:
+def summed(plate: Membrane, loads: np.ndarray) -> np.ndarray:
     """Loads (local dofs, m) summed over the ranks that share a degree of freedom. Collective."""
     if plate.domain.comm.size == 1:
         return loads
@@ -83,7 +83,7 @@ def summed(plate: Plate, loads: np.ndarray) -> np.ndarray:
     return total
 
 
-def free_dofs(plate: Plate, parity: Parity = ()) -> algebra.FreeDofs:
+def free_dofs(plate: Membrane, parity: Parity = ()) -> algebra.FreeDofs:
     """In-plane degrees of freedom off the supports, for strains of a parity.
 
     On a mirror the displacement across it vanishes where strains are even, the one along it

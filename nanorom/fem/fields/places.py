@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 from nanorom.errors import SolverError
 from nanorom.fem.fields import quadrature
-from nanorom.fem.models.plate import Plate
+from nanorom.fem.fields.surface import Surface
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import AXES
 
@@ -17,7 +17,7 @@ NEWTON_STEPS = 20
 MARGIN = 0.05  # of a cell's size, by which a curved one may exceed the box of its nodes
 
 
-def locate(plate: Plate, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def locate(plate: Surface, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Owned cell (n,), -1 where there is none, and reference point (n, 2) of points (n, 2)."""
     mesh = plate.domain.mesh
     nodes = mesh.geometry.x[compat.cell_nodes(mesh)[: quadrature.owned_cells(plate)], :2]
@@ -35,7 +35,7 @@ def locate(plate: Plate, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _pulled_back(
-    plate: Plate, cells: np.ndarray, point: np.ndarray
+    plate: Surface, cells: np.ndarray, point: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Reference point (c, 2) of every cell that its map takes to a point, and where it exists."""
     reference = np.full((len(cells), 2), 1 / 3)
@@ -49,7 +49,7 @@ def _pulled_back(
     return reference, np.linalg.norm(x - point, axis=1) <= OUTSIDE * size
 
 
-def functional(plate: Plate, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+def functional(plate: Surface, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Vector (local dofs,) of w -> sum_i weights_i w(points_i), in the plate's deflections.
 
     points : (n, 2); those beyond a mirror are taken for their images, as an even deflection has it.
@@ -77,14 +77,14 @@ def functional(plate: Plate, points: np.ndarray, weights: np.ndarray) -> np.ndar
     return function.x.array.copy()
 
 
-def evaluate(plate: Plate, w: np.ndarray, points: np.ndarray) -> np.ndarray:
+def evaluate(plate: Surface, w: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Values (n,) of a deflection (local dofs,) at points (n, 2). Collective."""
     n_owned = plate.deflections.dofmap.index_map.size_local
     values = [functional(plate, p[None], np.ones(1))[:n_owned] @ w[:n_owned] for p in points]
     return plate.domain.comm.allreduce(np.array(values))
 
 
-def centre_value(plate: Plate, w: np.ndarray) -> float | None:
+def centre_value(plate: Surface, w: np.ndarray) -> float | None:
     """Value of a deflection (local dofs,) at the centre of the film's bounding box. Collective.
 
     None where the film has a hole there.
@@ -97,7 +97,7 @@ def centre_value(plate: Plate, w: np.ndarray) -> float | None:
         return None
 
 
-def bounding_box(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
+def bounding_box(plate: Surface) -> tuple[np.ndarray, np.ndarray]:
     """Lower left and upper right corner (2,) of the whole film. Collective."""
     x = plate.domain.mesh.geometry.x[:, :2]
     corners = np.concatenate([-x.min(axis=0), x.max(axis=0)])
@@ -107,7 +107,7 @@ def bounding_box(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
     return np.where(cut, -high, low), high
 
 
-def extent(plate: Plate) -> tuple[np.ndarray, float]:
+def extent(plate: Surface) -> tuple[np.ndarray, float]:
     """Centre (2,) of the whole film and half its longer side: of a disc, its radius. Collective."""
     low, high = bounding_box(plate)
     return (low + high) / 2, float((high - low).max() / 2)

@@ -14,7 +14,7 @@ import attrs
 import basix
 import numpy as np
 
-from nanorom.fem.models.plate import Plate
+from nanorom.fem.fields.surface import Surface
 from nanorom.fem.solvers import compat
 
 CHUNK_ENTRIES = 1_000_000  # numbers that one array of a chunk of cells may have
@@ -62,75 +62,75 @@ class CellFields:
         return np.matmul(self.values, coefficients[self.dofs])
 
 
-def owned_cells(plate: Plate) -> int:
+def owned_cells(film: Surface) -> int:
     """Number of cells that this rank integrates over."""
-    return plate.domain.mesh.topology.index_map(2).size_local
+    return film.domain.mesh.topology.index_map(2).size_local
 
 
-def fields(plate: Plate, columns: int = 1) -> Iterator[CellFields]:
+def fields(film: Surface, columns: int = 1) -> Iterator[CellFields]:
     """Tabulate the deflection basis at the plate's quadrature, a chunk of cells at a time.
 
     ``columns`` is how many numbers per point the caller will hold; it sets the chunk's size.
     A table that is not large is kept for the next caller.
     """
-    rule = basix.make_quadrature(basix.CellType.triangle, plate.stretching_degree)
+    rule = basix.make_quadrature(basix.CellType.triangle, film.stretching_degree)
     points, weights = np.asarray(rule[0]), np.asarray(rule[1])
-    n_cells, n_dofs = owned_cells(plate), compat.cell_dofs(plate.deflections).shape[1]
+    n_cells, n_dofs = owned_cells(film), compat.cell_dofs(film.deflections).shape[1]
     if 2 * n_cells * len(points) * n_dofs > KEPT_ENTRIES:
-        yield from fields_at(plate, points, weights, columns)
+        yield from fields_at(film, points, weights, columns)
         return
-    if plate not in _kept:
-        _kept[plate] = tabulate(plate, np.arange(n_cells), points, weights)
-    step = _cells_per_chunk(plate, len(points), columns)
+    if film not in _kept:
+        _kept[film] = tabulate(film, np.arange(n_cells), points, weights)
+    step = _cells_per_chunk(film, len(points), columns)
     for first in range(0, n_cells, step):
-        yield _kept[plate].part(first, first + step)
+        yield _kept[film].part(first, first + step)
 
 
-_kept: WeakKeyDictionary[Plate, CellFields] = WeakKeyDictionary()
+_kept: WeakKeyDictionary[Surface, CellFields] = WeakKeyDictionary()
 
 
-def _cells_per_chunk(plate: Plate, n_points: int, columns: int) -> int:
-    n_dofs = compat.cell_dofs(plate.deflections).shape[1]
+def _cells_per_chunk(film: Surface, n_points: int, columns: int) -> int:
+    n_dofs = compat.cell_dofs(film.deflections).shape[1]
     return max(1, CHUNK_ENTRIES // (n_points * max(2 * n_dofs, columns)))
 
 
 def fields_at(
-    plate: Plate,
+    film: Surface,
     points: np.ndarray,
     weights: np.ndarray,
     columns: int = 1,
     cells: np.ndarray | None = None,
 ) -> Iterator[CellFields]:
     """The same at given reference points (q, 2) and weights (q,), of all cells or of some."""
-    step = _cells_per_chunk(plate, len(weights), columns)
-    cells = np.arange(owned_cells(plate)) if cells is None else cells
+    step = _cells_per_chunk(film, len(weights), columns)
+    cells = np.arange(owned_cells(film)) if cells is None else cells
     for first in range(0, len(cells), step):
-        yield tabulate(plate, cells[first : first + step], points, weights)
+        yield tabulate(film, cells[first : first + step], points, weights)
 
 
 def values_at(
-    plate: Plate, points: np.ndarray, shapes: np.ndarray
+    film: Surface, points: np.ndarray, shapes: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Cells (c,) and values (c, q, L) in them of shapes (local dofs, L) at reference points (q, 2).
 
     Of all owned cells, a chunk at a time.
     """
-    basis = compat.reference_element(plate.degree).tabulate(0, points)
+    basis = compat.reference_element(film.degree).tabulate(0, points)
     basis = np.asarray(basis).reshape(len(points), -1)
-    dofs = compat.cell_dofs(plate.deflections)[: owned_cells(plate)]
-    step = _cells_per_chunk(plate, len(points), shapes.shape[1])
+    dofs = compat.cell_dofs(film.deflections)[: owned_cells(film)]
+    step = _cells_per_chunk(film, len(points), shapes.shape[1])
     for first in range(0, len(dofs), step):
         own = dofs[first : first + step]
         yield np.arange(first, first + len(own)), np.matmul(basis, shapes[own])
 
 
 def tabulate(
-    plate: Plate, cells: np.ndarray, points: np.ndarray, weights: np.ndarray
+    film: Surface, cells: np.ndarray, points: np.ndarray, weights: np.ndarray
 ) -> CellFields:
     """Basis of the deflections at reference points (q, 2) of some cells."""
-    basis = compat.reference_element(plate.degree).tabulate(1, points)
+    basis = compat.reference_element(film.degree).tabulate(1, points)
     basis = np.asarray(basis).reshape(3, len(points), -1)
-    x, jacobian = map_cells(plate, cells, points)
+    x, jacobian = map_cells(film, cells, points)
     if jacobian.shape[2] == 2:
         determinant = np.abs(np.linalg.det(jacobian))
         inverse = np.linalg.inv(jacobian)  # dX/dx
@@ -145,13 +145,15 @@ def tabulate(
         points=x[..., :2],
         values=basis[0],
         gradients=np.ascontiguousarray(gradients),
-        dofs=compat.cell_dofs(plate.deflections)[cells],
+        dofs=compat.cell_dofs(film.deflections)[cells],
     )
 
 
-def map_cells(plate: Plate, cells: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def map_cells(
+    film: Surface, cells: np.ndarray, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Points (c, q, d) and Jacobians dx/dX (c, q, d, 2) of the cells' maps."""
-    mesh = plate.domain.mesh
+    mesh = film.domain.mesh
     nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], : mesh.geometry.dim]
     order = compat.degree_of(nodes.shape[1])
     basis = compat.reference_element(order, equispaced=True).tabulate(1, points)
@@ -161,10 +163,10 @@ def map_cells(plate: Plate, cells: np.ndarray, points: np.ndarray) -> tuple[np.n
 
 
 def map_points(
-    plate: Plate, cells: np.ndarray, points: np.ndarray
+    film: Surface, cells: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places (m, 2) and Jacobians (m, 2, 2) of a reference point (m, 2) in each of m cells."""
-    mesh = plate.domain.mesh
+    mesh = film.domain.mesh
     nodes = mesh.geometry.x[compat.cell_nodes(mesh)[cells], :2]
     order = compat.degree_of(nodes.shape[1])
     basis = compat.reference_element(order, equispaced=True).tabulate(1, points)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import attrs
 import numpy as np
@@ -14,6 +14,7 @@ from slepc4py import SLEPc
 from nanorom.errors import SolverError
 from nanorom.fem.models.operators import ClassStiffness, Columns, LinearForce, free_deflections
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.modes.refine import polished
 from nanorom.fem.solvers import (
     algebra,
@@ -38,64 +39,26 @@ class UnstableError(SolverError):
     """The stiffness of the film's state is not positive definite."""
 
 
-@attrs.frozen(eq=False)
-class Modes:
-    """The lowest modes of a plate, sorted by frequency.
+@attrs.frozen(eq=False, kw_only=True)
+class Modes(Deflections):
+    """The lowest modes of a plate, of unit modal mass on the meshed part when solved for.
 
-    eigenvalues: (n,) squared frequencies in the plate's units; shapes: (local dofs, n), of unit
-    modal mass on the meshed part when solved for; parities: n classes of symmetry; stiffness:
-    assembled on all degrees of freedom, by class; mass: assembled on all degrees of freedom;
-    force: what the stiffness does, to more digits; diameters: (n,) nodal ones, where the film is a
-    body of revolution; shift: (n,) of frequencies, relative, where near ones are told as equal.
+    stiffness: assembled on all degrees of freedom, by class; force: what the stiffness does, to
+    more digits.
     """
 
-    plate: Plate
-    eigenvalues: np.ndarray
-    shapes: np.ndarray
-    parities: list[Parity]
+    film: Plate
     stiffness: Mapping[Parity, PETSc.Mat]
-    mass: PETSc.Mat
     force: LinearForce
-    diameters: np.ndarray | None = None
-    shift: np.ndarray | None = None
 
     @property
-    def n_owned(self) -> int:
-        """Degrees of freedom of this rank, the first of the local ones."""
-        return self.mass.getLocalSize()[0]
-
-    def modal(self, operators: Mapping[Parity, PETSc.Mat]) -> np.ndarray:
-        """Phi^T K Phi (L, L) over the whole film of matrices by class. Collective."""
-        return self._products(
-            lambda parity, shapes: algebra.multiply(operators[parity], shapes[: self.n_owned])
-        )
+    def plate(self) -> Plate:
+        """The film whose modes they are."""
+        return self.film
 
     def modal_stiffness(self) -> np.ndarray:
         """Phi^T K Phi (L, L) over the whole film of tension and bending. Collective."""
         return self._products(self.force)
-
-    def _products(self, force: Callable[[Parity, np.ndarray], np.ndarray]) -> np.ndarray:
-        """Work (L, L) of the forces of all modes; different parities have none. Collective."""
-        owned = self.shapes[: self.n_owned]
-        columns = np.empty_like(owned)
-        for parity in sorted(set(self.parities)):  # collective: in one order on every rank
-            own = [i for i, p in enumerate(self.parities) if p == parity]
-            columns[:, own] = force(parity, self.shapes[:, own])
-        same = np.array([[a == b for b in self.parities] for a in self.parities])
-        product = self.plate.mirrors.copies * same * (owned.T @ columns)
-        product = self.plate.domain.comm.allreduce(product)
-        return 0.5 * (product + product.T)
-
-    def take(self, index: np.ndarray) -> Modes:
-        """Some of the modes, or all in another order."""
-        return attrs.evolve(
-            self,
-            eigenvalues=self.eigenvalues[index],
-            shapes=np.ascontiguousarray(self.shapes[:, index]),
-            parities=[self.parities[i] for i in index],
-            diameters=None if self.diameters is None else self.diameters[index],
-            shift=None if self.shift is None else self.shift[index],
-        )
 
 
 def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.ndarray]:
@@ -143,7 +106,15 @@ def lowest_of_classes(
             break
         _compute(plate, solvers, short, 2 * max(len(solvers[p].eigenvalues) for p in short))
     values, shapes, parities = _merged(solvers, count)
-    return Modes(plate, values, shapes, parities, stiffness, mass, force)
+    return Modes(
+        film=plate,
+        eigenvalues=values,
+        shapes=shapes,
+        parities=parities,
+        mass=mass,
+        stiffness=stiffness,
+        force=force,
+    )
 
 
 def _compute(

@@ -15,12 +15,8 @@ from scipy.special import jn_zeros, jv
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import bounding_box, extent
-from nanorom.fem.modes.eigen import (
-    DEGENERATE,
-    NEAR,
-    Modes,
-    clusters,
-)
+from nanorom.fem.modes.deflections import AnyModes, Deflections
+from nanorom.fem.modes.eigen import DEGENERATE, NEAR, clusters
 from nanorom.fem.modes.normal import orient
 from nanorom.fem.symmetry import Parity, is_square, is_symmetric
 from nanorom.scene.geometry import Disc, Rectangle
@@ -31,7 +27,7 @@ PURE = 0.99  # of a shape's square in one harmonic: less is a mixture
 RADIAL_GRID = 501  # points of a tabulated Bessel function: enough to tell modes apart
 
 
-def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
+def name(scene: Scene, modes: AnyModes) -> tuple[AnyModes, list[str]]:
     """Orient degenerate modes and name all of them by the scene's shape. Collective."""
     if isinstance(scene.geometry, Disc):
         return name_drum(modes, is_symmetric(scene), scene.tension.x == scene.tension.y)
@@ -46,7 +42,7 @@ def name(scene: Scene, modes: Modes) -> tuple[Modes, list[str]]:
     return name_by_number(modes)
 
 
-def name_drum(modes: Modes, symmetric: bool, isotropic: bool) -> tuple[Modes, list[str]]:
+def name_drum(modes: AnyModes, symmetric: bool, isotropic: bool) -> tuple[AnyModes, list[str]]:
     """Orient the pairs of a drum and name its modes ``f01``, ``f11c``, ``f11s``... Collective.
 
     ``symmetric``: both axes are mirrors of the drum and its load, so that what splits a pair lies
@@ -123,9 +119,9 @@ def _radial_parts(candidates: tuple[tuple[int, int], ...]) -> np.ndarray:
     return radial
 
 
-def _drum_content(modes: Modes, candidates: list[tuple[int, int]]) -> np.ndarray:
+def _drum_content(modes: Deflections, candidates: list[tuple[int, int]]) -> np.ndarray:
     """Products (n, K) of the shapes with J_p(j_pm r) exp(i p theta), normalised membrane modes."""
-    plate = modes.plate
+    plate = modes.film
     centre, radius = extent(plate)
     radial = _radial_parts(tuple(candidates))
     orders = np.array([p for p, _ in candidates])
@@ -143,12 +139,14 @@ def _drum_content(modes: Modes, candidates: list[tuple[int, int]]) -> np.ndarray
     return total
 
 
-def _allowed(content: np.ndarray, orders: np.ndarray, modes: Modes, parity: Parity) -> np.ndarray:
+def _allowed(
+    content: np.ndarray, orders: np.ndarray, modes: Deflections, parity: Parity
+) -> np.ndarray:
     """Content (K,) without the harmonics that vanish over the whole film by parity.
 
     cos(p theta) is even in y, sin(p theta) odd; in x, p decides.
     """
-    mirrors = modes.plate.mirrors
+    mirrors = modes.film.mirrors
     in_x, in_y = (mirrors.parity_in(axis, parity) for axis in "xy")
     cosine, sine = content.real, content.imag
     if in_y is not None:
@@ -160,8 +158,8 @@ def _allowed(content: np.ndarray, orders: np.ndarray, modes: Modes, parity: Pari
 
 
 def name_rectangle(
-    modes: Modes, free_x: bool = False, free_y: bool = False, equal: float = DEGENERATE
-) -> tuple[Modes, list[str]]:
+    modes: AnyModes, free_x: bool = False, free_y: bool = False, equal: float = DEGENERATE
+) -> tuple[AnyModes, list[str]]:
     """Orient equal frequencies and name the modes ``(m,n)`` by half-waves along x and y.
 
     ``free_x``, ``free_y``: the ends along x, y are free.  Between supported ends half-waves are
@@ -185,9 +183,9 @@ def name_rectangle(
     return modes, [label for _, _, label in keys]
 
 
-def _wave_content(modes: Modes, free_x: bool, free_y: bool) -> np.ndarray:
+def _wave_content(modes: Deflections, free_x: bool, free_y: bool) -> np.ndarray:
     """Coefficients (n, M, M) of the shapes in products of sines (or cosines, where free)."""
-    plate = modes.plate
+    plate = modes.film
     low, high = bounding_box(plate)
     count = modes.shapes.shape[1] + 2
     total = np.zeros((modes.shapes.shape[1], count, count))
@@ -210,13 +208,15 @@ def _wave_content(modes: Modes, free_x: bool, free_y: bool) -> np.ndarray:
     return total
 
 
-def _by_parity(modes: Modes, group: np.ndarray) -> list[np.ndarray]:
+def _by_parity(modes: Deflections, group: np.ndarray) -> list[np.ndarray]:
     """Split a group of modes into those of one parity each."""
     parities = sorted({modes.parities[i] for i in group})
     return [np.array([i for i in group if modes.parities[i] == p]) for p in parities]
 
 
-def _sorted(modes: Modes, groups: list[np.ndarray], keys: list[tuple]) -> tuple[Modes, list[tuple]]:
+def _sorted(
+    modes: AnyModes, groups: list[np.ndarray], keys: list[tuple]
+) -> tuple[AnyModes, list[tuple]]:
     """Sort the modes of each group by their keys; equal frequencies are told as equal."""
     order, eigenvalues = np.arange(len(keys)), modes.eigenvalues.copy()
     for group in groups:
@@ -227,7 +227,7 @@ def _sorted(modes: Modes, groups: list[np.ndarray], keys: list[tuple]) -> tuple[
     return modes, [keys[i] for i in order]
 
 
-def name_by_number(modes: Modes) -> tuple[Modes, list[str]]:
+def name_by_number(modes: AnyModes) -> tuple[AnyModes, list[str]]:
     """Orient equal frequencies and name modes of any other shape by their number. Collective."""
     modes = orient(modes, clusters(modes.eigenvalues))
     return modes, [f"mode {i + 1}" for i in range(len(modes.eigenvalues))]

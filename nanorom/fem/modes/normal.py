@@ -17,9 +17,10 @@ from mpi4py import MPI
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import bounding_box, extent, lattice
-from nanorom.fem.models.plate import Plate
+from nanorom.fem.fields.surface import Surface
 from nanorom.fem.modes import accuracy, peaks
 from nanorom.fem.modes.accuracy import ModeErrors
+from nanorom.fem.modes.deflections import AnyModes
 from nanorom.fem.modes.eigen import Modes, clusters
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import line
@@ -36,7 +37,7 @@ SETTLED = 1e-12  # of a cell: shorter steps change no value
 FLAT = 1e-6  # smallest curvature, relative, along which a Newton step is taken
 
 
-def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
+def orient(modes: AnyModes, groups: list[np.ndarray]) -> AnyModes:
     """Rotate every group of like modes to the symmetry axes, the lower first. Collective.
 
     The modes of a group have one parity: where mirrors cut the film, they orient its pairs.
@@ -44,7 +45,7 @@ def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
     shapes, eigenvalues = modes.shapes.copy(), modes.eigenvalues.copy()
     for group in groups:
         if len(group) > 1:
-            rotation = _rotation(modes.plate, shapes[:, group])
+            rotation = _rotation(modes.film, shapes[:, group])
             rotated = rotation.T**2 @ eigenvalues[group]
             order = np.argsort(rotated)
             for equal in clusters(rotated[order], EQUAL):
@@ -56,7 +57,7 @@ def orient(modes: Modes, groups: list[np.ndarray]) -> Modes:
     return attrs.evolve(modes, shapes=shapes, eigenvalues=eigenvalues)
 
 
-def _rotation(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+def _rotation(plate: Surface, shapes: np.ndarray) -> np.ndarray:
     """Orthogonal matrix that makes the orienting forms diagonal, one after the other.
 
     The first is the split that a difference of tension along x and y would make; the second, with
@@ -70,7 +71,7 @@ def _rotation(plate: Plate, shapes: np.ndarray) -> np.ndarray:
     return vectors
 
 
-def _orienting_forms(plate: Plate, shapes: np.ndarray) -> np.ndarray:
+def _orienting_forms(plate: Surface, shapes: np.ndarray) -> np.ndarray:
     """int |grad phi|^2, int phi_x^2 - phi_y^2 and int g phi^2 as matrices (3, n, n)."""
     centre, radius = extent(plate)
     forms = np.zeros((3, shapes.shape[1], shapes.shape[1]))
@@ -92,9 +93,9 @@ def _gram(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
 # -- scale and sign -------------------------------------------------------------------------------
 
 
-def normalise(modes: Modes) -> Modes:
+def normalise(modes: AnyModes) -> AnyModes:
     """Scale every shape to a true maximum of +1 at the point that decides its sign. Collective."""
-    extrema = _Extrema.of(modes.plate, modes.shapes)
+    extrema = _Extrema.of(modes.film, modes.shapes)
     return attrs.evolve(modes, shapes=modes.shapes / extrema.largest())
 
 
@@ -138,7 +139,7 @@ class _Extrema:
     unit: float
 
     @classmethod
-    def of(cls, plate: Plate, shapes: np.ndarray) -> _Extrema:
+    def of(cls, plate: Surface, shapes: np.ndarray) -> _Extrema:
         gathered = plate.domain.comm.allgather(_extrema(plate, shapes))
         mode, place, value = (np.concatenate(parts) for parts in zip(*gathered))
         centre, radius = extent(plate)
@@ -179,7 +180,7 @@ class _Extrema:
         return np.flatnonzero(size > (1 - tie) * size.max()), float(size.max())
 
 
-def _inside(plate: Plate, places: np.ndarray) -> np.ndarray:
+def _inside(plate: Surface, places: np.ndarray) -> np.ndarray:
     """Distance (n,) of points (n, 2) from the nearest node of the film's edge. Collective."""
     surface = plate.domain.mesh
     mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
@@ -190,7 +191,7 @@ def _inside(plate: Plate, places: np.ndarray) -> np.ndarray:
     return np.linalg.norm(places[:, None] - nodes, axis=2).min(axis=1)
 
 
-def _extrema(plate: Plate, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _extrema(plate: Surface, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Local extrema near the largest |phi|: mode (m,), point (m, 2), value (m,)."""
     grid = lattice(2 * plate.degree)
     starts, sizes = [], []

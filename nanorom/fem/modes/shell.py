@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import attrs
 import numpy as np
@@ -12,7 +12,7 @@ import ufl
 from nanorom.errors import SolverError
 from nanorom.fem.models.shell import Shell
 from nanorom.fem.modes import eigen
-from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics.problem import StaticProblem
 
@@ -31,7 +31,7 @@ class ShellModes:
     shell: Shell
     problem: StaticProblem
     states: np.ndarray
-    modes: Modes
+    modes: Deflections
     tangential: int = 0
 
     @property
@@ -39,7 +39,7 @@ class ShellModes:
         """Squared frequencies (n,)."""
         return self.modes.eigenvalues
 
-    def like(self, modes: Modes) -> ShellModes:
+    def like(self, modes: Deflections) -> ShellModes:
         """The same states in the combinations that these deflections are of the old ones."""
         n = self.modes.n_owned
         old, new = self.modes.shapes[:n], modes.shapes[:n]
@@ -77,14 +77,12 @@ def solve(shell: Shell, problem: StaticProblem, count: int) -> ShellModes:
     while True:
         eigenvalues, vectors = eigen.lowest(problem.stiffness, mass, asked)
         states = problem.free.extended(vectors)
-        found = Modes(
-            cast(Any, shell),  # which has what a film is asked for here
-            eigenvalues,
-            shell.normal_displacement(states),
-            [()] * asked,
-            {},
-            normal_mass,
-            cast(Any, None),  # the force of a shell is that of its problem
+        found = Deflections(
+            film=shell,
+            eigenvalues=eigenvalues,
+            shapes=shell.normal_displacement(states),
+            parities=[()] * asked,
+            mass=normal_mass,
         )
         share = np.diag(found.modal({(): normal_mass}))  # of the kinetic energy, along the normal
         kept = np.flatnonzero(share > TANGENTIAL)

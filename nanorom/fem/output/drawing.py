@@ -8,31 +8,31 @@ import numpy as np
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import lattice
-from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.modes.deflections import Deflections
 
 FEWEST_POINTS = 5_000  # high-order cells are large: linear triangles between them must not be
 MOST_POINTS = 20_000  # beyond it the cells are drawn with fewer points each
 MERGE = 1e-9  # of the film's size: nearer points are one
 
 
-def triangulation(modes: Modes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def triangulation(modes: Deflections) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (P, 3), triangles (C, 3) and shapes (L, P), the same on every rank. Collective."""
-    plate, comm = modes.plate, modes.plate.domain.comm
-    n_cells = plate.domain.mesh.topology.index_map(2).size_global
-    cells = n_cells * plate.mirrors.copies
-    fineness = max(plate.degree, int(np.ceil(np.sqrt(2 * FEWEST_POINTS / cells))))
+    film, comm = modes.film, modes.film.domain.comm
+    n_cells = film.domain.mesh.topology.index_map(2).size_global
+    cells = n_cells * film.mirrors.copies
+    fineness = max(film.degree, int(np.ceil(np.sqrt(2 * FEWEST_POINTS / cells))))
     while fineness > 1 and cells * fineness**2 / 2 > MOST_POINTS:
         fineness -= 1
     reference = lattice(fineness)
-    dimension = plate.domain.mesh.geometry.dim
+    dimension = film.domain.mesh.geometry.dim
     points, values = [np.empty((0, dimension))], [np.empty((0, modes.shapes.shape[1]))]
-    for own, value in quadrature.values_at(plate, reference, modes.shapes):
-        places = quadrature.map_cells(plate, own, reference)[0]
+    for own, value in quadrature.values_at(film, reference, modes.shapes):
+        places = quadrature.map_cells(film, own, reference)[0]
         points.append(places.reshape(-1, dimension))
         values.append(value.reshape(-1, modes.shapes.shape[1]))
     points_all = np.concatenate(comm.allgather(np.concatenate(points)))
     values_all = np.concatenate(comm.allgather(np.concatenate(values)))
-    points_all, copied = plate.mirrors.unfold(points_all, values_all.T, modes.parities)
+    points_all, copied = film.mirrors.unfold(points_all, values_all.T, modes.parities)
     values_all = copied.T
     low, size = points_all.min(axis=0), np.ptp(points_all, axis=0).max()
     grid = np.rint((points_all - low) / (MERGE * size)).astype(np.int64)

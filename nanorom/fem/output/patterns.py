@@ -1,10 +1,12 @@
-"""Modal forces of a drive that is aimed: a Gaussian spot of light, or a point.
+"""Modal forces of the drive that a scene has, over the modes' own polynomials.
 
-J_r = int p phi_r dA per unit of the level, over the modes' own polynomials.  A spot may be much
-smaller than a cell: the cells near it are cut in four until their parts are no larger than it is.
+J_r = int p phi_r dA per unit of the level.  A spot may be much smaller than a cell: the cells near
+it are cut in four until their parts are no larger than it is.
 """
 
 from __future__ import annotations
+
+from functools import singledispatch
 
 import basix
 import numpy as np
@@ -16,9 +18,9 @@ from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import compat
 from nanorom.scene.drive import Drive
+from nanorom.scene.patterns.pattern import Areal, Concentrated, DirectPattern
 
-REACH = 3.5  # radii from the centre of a spot at which its intensity is e^-24
-QUADRATURE = 20  # degree, on parts of a cell that are smaller than the spot
+QUADRATURE = 20  # degree, on parts of a cell that are smaller than the length of variation
 HALVES = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, 1, 1], [1, 0, 1]])
 HALVES = HALVES / HALVES.sum(axis=1, keepdims=True)  # corners and midpoints of a triangle
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
@@ -30,38 +32,59 @@ def aimed(modes: Modes, drive: Drive | None, length: float) -> dict[str, np.ndar
     length: of the plate's unit in m.  Raises SceneError if a point is not on the film.
     Collective.
     """
-    if drive is None or drive.position is None:
+    if drive is None or not drive.pattern.keys():
         return {}
-    position = np.array(drive.position) / length
-    if drive.radius is None:
-        return {drive.direct_pattern: point(modes, position)}
-    return {drive.direct_pattern: length**2 * spot(modes, position, drive.radius / length)}
+    return {drive.direct_pattern: force(drive.pattern, modes, length)}
 
 
-def spot(modes: Modes, centre: np.ndarray, radius: float) -> np.ndarray:
-    """int phi_r exp(-2 d^2/radius^2) dA (L,) with d the distance from the centre. Collective."""
+@singledispatch
+def force(pattern: DirectPattern, modes: Modes, length: float) -> np.ndarray:
+    """J (L,) in N per unit of the level; length: of the plate's unit in m.
+
+    Raises SceneError if a place is not on the film.  Collective.
+    """
+    raise TypeError(f"no direct pattern that is aimed: {pattern!r}")
+
+
+@force.register
+def _(pattern: Areal, modes: Modes, length: float) -> np.ndarray:
     plate = modes.plate
-    force = np.zeros(modes.shapes.shape[1])
-    for image, sign in _images(modes, centre):
-        cells, corners = _parts(plate, image, radius)
-        rule = basix.make_quadrature(basix.CellType.triangle, plate.degree + QUADRATURE)
-        points, weights = np.asarray(rule[0]), np.asarray(rule[1])
-        inside = np.column_stack([1 - points.sum(axis=1), points])
-        reference = (inside @ corners).reshape(-1, 2)
-        sides = corners[:, 1:] - corners[:, :1]
-        share = np.abs(np.linalg.det(sides))[:, None] * weights
-        cells = np.repeat(cells, len(weights))
-        x, jacobian = quadrature.map_points(plate, cells, reference)
-        intensity = np.exp(-2 * np.sum((x - image) ** 2, axis=1) / radius**2)
-        measure = intensity * np.abs(np.linalg.det(jacobian)) * share.ravel()
-        force += sign * (measure @ _values(modes, cells, reference))
-    return plate.domain.comm.allreduce(force)
+    total = np.zeros(modes.shapes.shape[1])
+    for flip, sign in _mirrored(modes):
+        cells, reference, measure = areal_rule(pattern, plate, flip, length)
+        total += sign * (measure @ _values(modes, cells, reference))
+    return length**2 * plate.domain.comm.allreduce(total)
 
 
-def point(modes: Modes, position: np.ndarray) -> np.ndarray:
-    """phi_r (L,) at a position; raises SceneError if it is not on the film. Collective."""
-    places, signs = (np.array(part) for part in zip(*_images(modes, position)))
-    cells, reference = locate(modes.plate, places)
+def areal_rule(
+    pattern: Areal, plate: Plate, flip: np.ndarray, length: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points that integrate against a pattern's density over own cells of one copy of the part.
+
+    Cells (m,), reference points (m, 2) in them and weights (m,) in the plate's unit of area;
+    flip (2,): coordinates of the copy by those of the part.
+    """
+    centre, size, reach = (
+        np.array(value) / length for value in (pattern.centre, pattern.size, pattern.reach)
+    )
+    rule = basix.make_quadrature(basix.CellType.triangle, plate.degree + QUADRATURE)
+    points, weights = np.asarray(rule[0]), np.asarray(rule[1])
+    inside = np.column_stack([1 - points.sum(axis=1), points])
+    cells, corners = _parts(plate, flip * centre, float(size), float(reach))
+    reference = (inside @ corners).reshape(-1, 2)
+    sides = corners[:, 1:] - corners[:, :1]
+    share = np.abs(np.linalg.det(sides))[:, None] * weights
+    cells = np.repeat(cells, len(weights))
+    x, jacobian = quadrature.map_points(plate, cells, reference)
+    density = pattern.density(length * flip * x)
+    return cells, reference, density * np.abs(np.linalg.det(jacobian)) * share.ravel()
+
+
+@force.register
+def _(pattern: Concentrated, modes: Modes, length: float) -> np.ndarray:
+    position = np.array(pattern.position) / length
+    flips, signs = (np.array(part) for part in zip(*_mirrored(modes)))
+    cells, reference = locate(modes.plate, flips * position)
     here = cells >= 0
     values = signs[here] * _values(modes, cells[here], reference[here])
     found = np.concatenate(modes.plate.domain.comm.allgather(values))
@@ -70,15 +93,17 @@ def point(modes: Modes, position: np.ndarray) -> np.ndarray:
     return found[0]
 
 
-def _images(modes: Modes, place: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """A place (2,) mirrored onto the meshed part, with the shapes' signs (L,) there."""
+def _mirrored(modes: Modes) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Each copy of the meshed part: coordinates (2,) by those of the part, signs (L,) of shapes."""
     ones = np.ones((modes.shapes.shape[1], 1))
-    places, signs = modes.plate.mirrors.unfold(place[None], ones, modes.parities)
-    return list(zip(places, signs.T))
+    flips, signs = modes.plate.mirrors.unfold(np.ones((1, 2)), ones, modes.parities)
+    return list(zip(flips, signs.T))
 
 
-def _parts(plate: Plate, centre: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Parts of own cells near a spot: cell (m,) and reference corners (m, 3, 2)."""
+def _parts(
+    plate: Plate, centre: np.ndarray, size: float, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Parts no larger than a size of own cells in reach: cell (m,) and corners there (m, 3, 2)."""
     cells = np.arange(quadrature.owned_cells(plate))
     corners = np.broadcast_to([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(cells), 3, 2))
     done: list[tuple[np.ndarray, np.ndarray]] = []
@@ -86,9 +111,9 @@ def _parts(plate: Plate, centre: np.ndarray, radius: float) -> tuple[np.ndarray,
         places = (HALVES @ corners).reshape(-1, 2)
         x, _ = quadrature.map_points(plate, np.repeat(cells, len(HALVES)), places)
         x = x.reshape(len(cells), -1, 2)
-        size = np.linalg.norm(np.ptp(x, axis=1), axis=1)
+        width = np.linalg.norm(np.ptp(x, axis=1), axis=1)
         away = np.linalg.norm(x - centre, axis=2).min(axis=1)
-        near, small = away < REACH * radius + size, size <= radius
+        near, small = away < reach + width, width <= size
         done.append((cells[near & small], corners[near & small]))
         cells, corners = cells[near & ~small], corners[near & ~small]
         corners = (HALVES @ corners)[:, QUARTERS].reshape(-1, 3, 2)

@@ -29,6 +29,7 @@ from nanorom.fem.tensors import loaded, selection
 from nanorom.fem.tensors import step as stiffness_evaluation
 from nanorom.fem.tensors.flat_cases import FlatCases
 from nanorom.fem.tensors.inplane import InPlane
+from nanorom.fem.tensors.loaded_cases import static_cases
 from nanorom.fem.tensors.tangent import tangent
 from nanorom.files.partial import Journal
 from nanorom.scene.geometry import MeshFile
@@ -198,7 +199,11 @@ def tensors(
         result = tangent(FlatCases(modes, in_plane), 1.0)
     else:
         result = stiffness_evaluation.step(
-            modes, count, 1.0, in_plane, lambda i, n: watch.tell("load cases", i, n), journal
+            static_cases(modes, in_plane),
+            1.0,
+            selection.permitted(modes, 4),
+            progress=lambda i, n: watch.tell("load cases", i, n),
+            journal=journal,
         )
     stiffness_evaluation.check_potential(result)
     quadratic = scales.tension / amplitude * result.quadratic
@@ -216,16 +221,16 @@ def loaded_tensors(
     journal: Journal | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, InPlane, dict[str, Any]]:
     """The same about a static state, after the scaled linear stretching. Collective."""
-    method, count = scene.reduction.method, len(modes.parities)
+    method = scene.reduction.method
     found: dict[str, Any] = {"asymmetry": 0.0}
     direct = loaded.tensors(modes)
     quadratic, cubic = direct.quadratic, direct.cubic
     if method == "step":
         amplitude = scene.reduction.amplitude or scene.plate.thickness
         result = stiffness_evaluation.step(
-            modes,
-            count,
+            static_cases(modes),
             amplitude / units.deflection,
+            selection.permitted(modes, 4),
             progress=lambda i, n: watch.tell("load cases", i, n),
             journal=journal,
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import attrs
 import numpy as np
@@ -20,7 +20,7 @@ from nanorom.fem.models.build_shell import build_shell, build_surface
 from nanorom.fem.models.shell import LOWEST_DEGREE, Shell
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes import shell as shells
-from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.modes.normal import normalise
 from nanorom.fem.modes.shell import ShellModes
 from nanorom.fem.output import drawing
@@ -32,8 +32,9 @@ from nanorom.fem.statics.shell_state import equilibrium
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.tensors import amplitude as shellstep
 from nanorom.fem.tensors.shell_cases import ShellCases
-from nanorom.fem.tensors.step import check_potential
+from nanorom.fem.tensors.step import check_potential, step
 from nanorom.rom.model import ReducedModel
+from nanorom.rom.patterns import unaimed
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -76,8 +77,11 @@ def reduce_shell(
         else:
             amplitude = stated / scales.length
             change = shellstep.change(cases, amplitude, h)
-        result = shellstep.step(
-            cases, amplitude, lambda i, n: watch.tell("load cases", i, n), stated is None
+        result = step(
+            cases,
+            amplitude,
+            extrapolate=stated is None,
+            progress=lambda i, n: watch.tell("load cases", i, n),
         )
         check_potential(result)
         missed = shellstep.truncation(cases, result, h)
@@ -91,7 +95,7 @@ def reduce_shell(
     inertia = np.abs(np.diag(cases.linear) / np.diag(stiffness) - 1).max()
     quadratic = scales.tension / scales.length * result.quadratic
     cubic = scales.tension / scales.length**2 * result.cubic
-    pressure = scales.length**2 * area
+    direct, parametric = unaimed(scales.length**2 * area, slope)
     diagnostics: dict[str, Any] = {
         "asymmetry": result.asymmetry,
         "load_cases": result.n_cases,
@@ -115,8 +119,8 @@ def reduce_shell(
         damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
-        drive={"pressure": pressure},
-        parametric={"tension": -slope, "paper": np.diag(pressure)},
+        drive=direct,
+        parametric=parametric,
         shapes=Shapes(points * scales.length, cells, values[:-1]),
         static=static_state(scales.length * values[-1]),
         diagnostics=diagnostics,
@@ -242,12 +246,12 @@ def solve(
 def integrals(shell: Shell, shapes: np.ndarray) -> np.ndarray:
     """int phi (L,) over the mid-surface. Collective."""
     area = np.zeros(shapes.shape[1])
-    for field in quadrature.fields(cast(Any, shell), columns=2 * shapes.shape[1]):
+    for field in quadrature.fields(shell, columns=2 * shapes.shape[1]):
         area += np.einsum("cq,cqn->n", field.weights, field.value(shapes))
     return shell.domain.comm.allreduce(area)
 
 
-def with_deflection(modes: ShellModes) -> Modes:
+def with_deflection(modes: ShellModes) -> Deflections:
     """The modes and, as one more, the deflection of the static state. Collective."""
     shell = modes.shell
     static = shell.normal_displacement(shell.state.x.array[:, None])

@@ -42,6 +42,11 @@ def split(comm: MPI.Comm, groups: int) -> Team:
     return Team(comm.Split(comm.rank // size), comm.Split(comm.rank % size))
 
 
+def alone() -> Team:
+    """A team of this rank only, which has a mesh for itself."""
+    return Team(MPI.COMM_SELF, MPI.COMM_SELF)
+
+
 def memory(comm: MPI.Comm) -> float:
     """Bytes that new processes may take on the fullest of the ranks' machines; 0 if unknown.
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 import attrs
 import numpy as np
 
-from nanorom.errors import SolverError
+from nanorom.errors import LoadError, SolverError
 from nanorom.fem.statics.problem import MOST_NEWTON_STEPS, ConvergenceTest, StaticProblem
 
 SMALLEST_CUT = 2.0**-14  # of the load reached so far, or of the first arc-length step
@@ -51,7 +51,7 @@ def load_steps(
     """States under rising (or falling) loads from the current one, with automatic cut-back.
 
     ``accept`` may refuse a state that SNES found, e.g. one past contact; the step is then cut back
-    as if it had diverged.  Raises SolverError that says which load was reached.
+    as if it had diverged.  Raises LoadError that says which load was reached.
     """
     start = float(problem.magnitude.value)
     previous: tuple[float, np.ndarray] | None = None
@@ -73,10 +73,11 @@ def load_steps(
             except SolverError as error:
                 step /= 2
                 if abs(step) < (SMALLEST_CUT * abs(current[0] - start) or smallest):
-                    raise SolverError(
+                    raise LoadError(
                         f"the load case stopped at load {current[0]:g} of {target:g}: beyond it no "
                         "equilibrium was found (a limit point or an instability; follow the path "
-                        "by arc length, or refine the mesh)"
+                        "by arc length, or refine the mesh)",
+                        reached=current[0],
                     ) from error
                 continue
             previous, current = current, (trial, problem.free_values())
@@ -98,7 +99,7 @@ def arc_length(
     step : first step in load; the path's length measures load and state alike, each in units of
     what this first step changes, and no step is longer than ``longest`` first ones.  Limit points
     are located and told as such; the last state is at ``target`` exactly.  ``accept`` is as for
-    `load_steps`.  The caller may stop at any time; raises SolverError, with the load reached, when
+    `load_steps`.  The caller may stop at any time; raises LoadError, with the load reached, when
     steps become too small or too many.
     """
     path = Path(
@@ -118,8 +119,9 @@ def arc_length(
         yield PathPoint(found[1], found[0], problem.negative_pivots())
         if found[1] == target:
             return
-    raise SolverError(
-        f"the load path was still at load {path.state[1]:g} of {target:g} after {most_steps} steps"
+    raise LoadError(
+        f"the load path was still at load {path.state[1]:g} of {target:g} after {most_steps} steps",
+        reached=path.state[1],
     )
 
 
@@ -191,8 +193,9 @@ class Path:
             self.length /= 2
             if self.length < SMALLEST_CUT:
                 self.problem.set_state(*self.state)
-                raise SolverError(
-                    f"the load path stopped at load {self.state[1]:g}: its steps vanish"
+                raise LoadError(
+                    f"the load path stopped at load {self.state[1]:g}: its steps vanish",
+                    reached=self.state[1],
                 )
         self.tangent = self.tangent_at(found)
         self.state = found

@@ -10,7 +10,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from nanorom.errors import SceneError, SolverError
+from nanorom.errors import LoadError, SceneError, SolverError
 from nanorom.fem.models import initial_shape
 from nanorom.fem.models.build import pulls_at_free_edge
 from nanorom.fem.models.coupled import Film
@@ -123,8 +123,7 @@ def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:
 
 def explained(load: Load, error: SolverError) -> str:
     """What the load case's failure means for the scene's load."""
-    words = str(error).split()
-    reached = float(words[words.index("load", 4) + 1]) if "stopped at load" in str(error) else 0.0
+    reached = error.reached if isinstance(error, LoadError) else 0.0
     if load.voltage is not None and (load.pressure, load.force) != (None, None):
         return (
             f"load: only {100 * reached:.4g} % of it can be applied before the gate pulls the film "

@@ -6,105 +6,15 @@ measures what a quadratic and cubic force leaves out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 
 from nanorom.errors import SolverError
-from nanorom.fem.plan import EXTRAPOLATED
-from nanorom.fem.tensors.inplane import InPlane
-from nanorom.fem.tensors.selection import Case, images, solved_for
 from nanorom.fem.tensors.shell_cases import ShellCases
-from nanorom.fem.tensors.step import (
-    StepResult,
-    coefficients,
-    load_cases,
-    symmetric,
-)
+from nanorom.fem.tensors.step import EXTRAPOLATED, Coefficients, StepResult, extrapolated
 
-BATCH = 64  # load cases solved together
 HALVINGS = 7  # of the amplitude, from the thickness down
 NO_POLYNOMIAL = 1e-2  # change of coefficients with the amplitude that is refused
 AS_GOOD = 8.0  # a change so many times the least is as good: round-off takes steps of four
-Coefficients = tuple[np.ndarray, np.ndarray]  # quadratic, cubic
-
-
-def step(
-    cases: ShellCases,
-    amplitude: float,
-    progress: Callable[[int, int], None] | None = None,
-    extrapolated: bool = False,
-) -> StepResult:
-    """Quadratic and cubic coefficients by STEP. Collective.
-
-    ``amplitude`` of every prescribed mode, in the shell's unit of length; ``extrapolated`` from it,
-    its half and its quarter to nothing.
-    """
-    n = len(cases.linear)
-    firsts = [case for case in load_cases(n) if case[0][1] > 0]
-    every = [*firsts, *map(opposite, firsts)]
-    sources = solved_for(every, images([()] * n, cases.odd))
-    solved = [case for case, (source, _) in sources.items() if source == case]
-    amplitudes = amplitude / 2.0 ** np.arange(EXTRAPOLATED if extrapolated else 1)
-    found, total = [], len(amplitudes) * len(solved)
-    for number, each in enumerate(amplitudes):
-
-        def told(done: int, before: int = number * len(solved)) -> None:
-            if progress is not None:
-                progress(before + done, total)
-
-        own = _forces(cases, solved, each, told)
-        forces = {case: signs * own[source] for case, (source, signs) in sources.items()}
-        found.append(_of_parts(forces, n, each))
-    quadratic, cubic = _to_nothing(found)
-    return symmetric(quadratic, cubic, amplitude, total, InPlane())
-
-
-def opposite(case: Case) -> Case:
-    """The same modes with the other signs."""
-    return tuple((mode, -sign) for mode, sign in case)
-
-
-def _of_parts(forces: dict[Case, np.ndarray], n: int, amplitude: float) -> Coefficients:
-    """Quadratic coefficients of the even part of the forces, cubic ones of the odd part.
-
-    Each is free of the other, so that what truncation leaves is even in the amplitude.
-    """
-    even, odd = (
-        {case: (force + sign * forces[opposite(case)]) / 2 for case, force in forces.items()}
-        for sign in (1, -1)
-    )
-    return coefficients(even, n, amplitude)[0], coefficients(odd, n, amplitude)[1]
-
-
-def _to_nothing(found: Sequence[Coefficients]) -> Coefficients:
-    """Richardson's value at no amplitude, from halved ones: what truncation adds is even in it."""
-    for power in 4.0 ** np.arange(1, len(found)):
-        found = [
-            ((power * b[0] - a[0]) / (power - 1), (power * b[1] - a[1]) / (power - 1))
-            for a, b in zip(found, found[1:])
-        ]
-    return found[0]
-
-
-def _forces(
-    cases: ShellCases,
-    solved: list[Case],
-    amplitude: float,
-    progress: Callable[[int], None],
-) -> dict[Case, np.ndarray]:
-    """Modal force of the load cases that are solved. Collective."""
-    n = len(cases.linear)
-    forces: dict[Case, np.ndarray] = {}
-    for first in range(0, len(solved), BATCH):
-        batch = solved[first : first + BATCH]
-        q = np.zeros((n, len(batch)))
-        for column, case in enumerate(batch):
-            for mode, sign in case:
-                q[mode, column] = sign * amplitude
-        forces |= zip(batch, cases.nonlinear_force(q).T)
-        progress(len(forces))
-    return forces
 
 
 def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
@@ -125,7 +35,7 @@ def plateau(cases: ShellCases, thickness: float) -> tuple[float, float]:
         else:
             amplitudes.append(amplitude)
     values = [
-        _to_nothing(single[first : first + EXTRAPOLATED])
+        extrapolated(single[first : first + EXTRAPOLATED])
         for first in range(len(single) - EXTRAPOLATED + 1)
     ]
     changes = [_change(*pair, thickness) for pair in zip(values, values[1:])]

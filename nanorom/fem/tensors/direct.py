@@ -26,6 +26,7 @@ from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import algebra, compat, groups
 from nanorom.fem.symmetry import Parity, product_parity
 from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors.equilibrium import Equilibrium
 from nanorom.fem.tensors.inplane import InPlane
 
 SOLVED = 1e-6  # error of displacements in the norm of their energy: it enters products squared
@@ -137,18 +138,13 @@ def _displacements(
         membrane.add_load(plate, field, force, loads[parity])
     stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
     for number, parity in enumerate(loads, 1):
-        free = membrane.free_dofs(plate, parity)
-        load = loads[parity] = membrane.summed(plate, loads[parity])
-        compat.free_memory(free.comm)
-        restricted = free.restrict(stiffness)
+        loads[parity] = membrane.summed(plate, loads[parity])
+        compat.free_memory(plate.domain.comm)
+        equilibrium = Equilibrium(plate, stiffness, parity)
         if number == len(loads):
             stiffness.destroy()
-        solver = plate.solvers.make(free, restricted, "nanorom_in_plane_", "in-plane stiffness")
-        for first in range(0, load.shape[1], solver.columns):  # each load gives way to what it does
-            some = slice(first, first + solver.columns)
-            load[:, some] = free.extended(-solver.solve(load[free.local, some], SOLVED))
-        solver.reset()
-        restricted.destroy()
+        equilibrium.respond(loads[parity], SOLVED)
+        equilibrium.release()
     compat.free_memory(plate.domain.comm)
     return loads
 

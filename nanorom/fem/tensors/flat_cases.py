@@ -16,20 +16,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from petsc4py import PETSc
 
-from nanorom.errors import SolverError
 from nanorom.fem.fields import membrane, quadrature
 from nanorom.fem.modes.eigen import Modes
-from nanorom.fem.solvers import algebra, groups, multigrid
+from nanorom.fem.solvers import algebra, groups
 from nanorom.fem.symmetry import Parity, product_parity
 from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors.equilibrium import Equilibrium
 from nanorom.fem.tensors.inplane import InPlane
 
-SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
 REFINED = 1e-11  # residual beyond which displacements are solved for again; tensors then err by
 # a tenth of it
-TINY = 1e-300
 MOST_COLUMNS = 64  # load cases solved together
 MOST_APART = 1  # numbers of two modes whose product is looked at by itself
 
@@ -40,6 +37,7 @@ class FlatCases:
     """Nonlinear static equilibrium of a flat film under prescribed deflections w = Phi q."""
 
     odd = True  # the force of -w is minus that of w: a film without curvature does not tell sides
+    polynomial = True
     most_columns = MOST_COLUMNS
 
     def __init__(self, modes: Modes, in_plane: str = "free") -> None:
@@ -49,11 +47,21 @@ class FlatCases:
             p: np.array([i for i, own in enumerate(modes.parities) if own == p])
             for p in sorted(set(modes.parities))
         }
-        self._equilibria: dict[Parity, _Equilibrium] = {}
+        self._equilibria: dict[Parity, Equilibrium] = {}
         self._assembled = None
         if in_plane == "free":
             self._assembled = algebra.assemble(self.plate.compiled(self.plate.in_plane_form))
         self.displacement: ByParity = {}
+
+    @property
+    def parities(self) -> list[Parity]:
+        """Classes of symmetry of the modes."""
+        return self.modes.parities
+
+    @property
+    def key(self) -> str:
+        """Tells modes and mesh from those of other cases."""
+        return self.modes.key
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""
@@ -164,11 +172,17 @@ class FlatCases:
         if self._assembled is None:
             return np.zeros_like(load)
         if parity not in self._equilibria:
-            free = membrane.free_dofs(self.plate, parity)
-            self._equilibria[parity] = _Equilibrium(free, self._assembled, self.plate.solvers)
+            self._equilibria[parity] = Equilibrium(self.plate, self._assembled, parity)
         load = membrane.summed(self.plate, load)
         equilibrium = self._equilibria[parity]
-        return equilibrium.correction(load) if again else equilibrium.solve(load)
+        if again:
+            return equilibrium.correction(load)
+        block = load[equilibrium.free.local]
+
+        def residual(u: np.ndarray | None) -> np.ndarray:
+            return block if u is None else block + equilibrium.product(u)
+
+        return equilibrium.solve(residual)
 
 
 def _moved(slopes: dict[Parity, tuple], q: np.ndarray) -> ByParity:
@@ -185,77 +199,3 @@ def _strains(first: ByParity, second: ByParity) -> ByParity:
             parity = product_parity(p1, p2)
             found[parity] = found[parity] + product if parity in found else product
     return found
-
-
-class _Equilibrium:
-    """SNES for the in-plane displacements of all load cases of a class as one block.
-
-    The tangent is the same for every case and every state: it is factorised once.
-    """
-
-    def __init__(
-        self, free: algebra.FreeDofs, stiffness: PETSc.Mat, solvers: multigrid.Solvers
-    ) -> None:
-        self.free = free
-        self.residual = 0.0  # of the last solution, relative to its loads
-        self._matrix = free.restrict(stiffness)
-        self._solver = solvers.make(free, self._matrix, "nanorom_in_plane_", "in-plane stiffness")
-
-    def correction(self, loads: np.ndarray) -> np.ndarray:
-        """Small displacements (local dofs, m) that undo what loads are left. Collective."""
-        return self.free.extended(-self._solver.solve(loads[self.free.local]))
-
-    def solve(self, loads: np.ndarray) -> np.ndarray:
-        """Displacements (local dofs, m) in equilibrium with loads (local dofs, m). Collective.
-
-        Raises SolverError if SNES does not converge.
-        """
-        block = loads[self.free.local]
-        x = PETSc.Vec().createMPI((block.size, None), comm=self.free.comm)
-        snes = PETSc.SNES().create(self.free.comm)
-        snes.setOptionsPrefix("nanorom_step_")
-        f = x.duplicate()
-        sizes = ((block.size, None), (block.size, None))
-        jacobian = PETSc.Mat().createPython(sizes, comm=self.free.comm)
-        jacobian.setPythonContext(self)
-        jacobian.setUp()
-        self._shape = block.shape
-
-        def function(_: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
-            f.array[:] = block.ravel()
-            if x.norm() > 0:  # not where it starts
-                f.array[:] += self._product(x).ravel()
-
-        snes.setFunction(function, f)
-        snes.setJacobian(lambda *_: None, jacobian)
-        solver = snes.getKSP()
-        solver.setType("preonly")
-        solver.getPC().setType("python")
-        solver.getPC().setPythonContext(self)
-        snes.setTolerances(rtol=SNES_TOLERANCE, atol=0.0, stol=0.0, max_it=5)
-        options = PETSc.Options("nanorom_step_")
-        if not options.hasName("snes_linesearch_type"):
-            options["snes_linesearch_type"] = "basic"  # of a linear problem the whole step is right
-        snes.setFromOptions()
-        snes.solve(None, x)
-        if snes.getConvergedReason() <= 0 and snes.getFunctionNorm() > 0:
-            raise SolverError(
-                f"static load cases did not converge: SNES reason {snes.getConvergedReason()} "
-                f"at residual {snes.getFunctionNorm():.1e}; check the mesh for degenerate cells"
-            )
-        f.array[:] = block.ravel()
-        self.residual = snes.getFunctionNorm() / max(f.norm(), TINY)
-        return self.free.extended(x.array_r.reshape(self._shape))
-
-    def _product(self, x: PETSc.Vec) -> np.ndarray:
-        return algebra.multiply(self._matrix, x.array_r.reshape(self._shape))
-
-    # what PETSc asks of a matrix and of a preconditioner written in Python
-
-    def mult(self, _: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = A x for every load case."""
-        y.array[:] = self._product(x).ravel()
-
-    def apply(self, _: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = A^-1 x for every load case."""
-        y.array[:] = self._solver.solve(x.array_r.reshape(self._shape)).ravel()

@@ -7,21 +7,19 @@ from typing import Any
 
 import numpy as np
 import ufl
-from petsc4py import PETSc
 
-from nanorom.errors import SolverError
-from nanorom.fem.fields import membrane
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import algebra, compat, groups
+from nanorom.fem.symmetry import Parity
 from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors.cases import Cases
+from nanorom.fem.tensors.equilibrium import Equilibrium
 from nanorom.fem.tensors.flat_cases import FlatCases
 from nanorom.fem.tensors.inplane import InPlane
 
-SNES_TOLERANCE = 1e-10  # in-plane residual relative to the load of the deflection
 
-
-def static_cases(modes: Modes, in_plane: str) -> FlatCases | StaticCases:
+def static_cases(modes: Modes, in_plane: str = "free") -> Cases:
     """The way to solve load cases that a film allows: a flat one takes all of them at once."""
     plate = modes.plate
     if plate.shape is None and plate.attraction is None:
@@ -34,6 +32,10 @@ class StaticCases:
 
     The plate has no mirrors: a load case may mix modes of any parity.
     """
+
+    odd = False
+    polynomial = True  # but for what a gate adds, which is small where the expansion holds
+    most_columns = 8
 
     def __init__(self, modes: Modes, in_plane: str = "free") -> None:
         plate = modes.plate
@@ -52,8 +54,15 @@ class StaticCases:
             tangent = _Reaction(plate, plate.tangent_energy(plate.u, plate.w), in_plane)
             self._tangent = np.column_stack([tangent.solve(w) for w in modes.shapes.T])
 
-    odd = False
-    most_columns = 8  # load cases between which a journal is kept
+    @property
+    def parities(self) -> list[Parity]:
+        """Classes of symmetry of the modes."""
+        return self.modes.parities
+
+    @property
+    def key(self) -> str:
+        """Tells modes and mesh from those of other cases."""
+        return self.modes.key
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective."""
@@ -96,58 +105,23 @@ class _Reaction:
     def __init__(self, plate: Plate, energy: Any, in_plane: str) -> None:
         self.plate = plate
         self._reaction = compat.form(ufl.derivative(energy, plate.w))
-        self._snes = _InPlaneEquilibrium(plate, energy) if in_plane == "free" else None
+        self._equilibrium: Equilibrium | None = None
+        if in_plane == "free":
+            stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
+            self._equilibrium = Equilibrium(plate, stiffness)
+            self._residual = compat.form(ufl.derivative(energy, plate.u))
 
     def solve(self, w: np.ndarray) -> np.ndarray:
         """Consistent nodal forces (owned dofs,) at a deflection (local dofs,). Collective."""
         self.plate.w.x.array[:] = w
         self.plate.u.x.array[:] = 0.0
-        if self._snes is not None:
-            self._snes.solve()
+        if self._equilibrium is not None:
+            self.plate.u.x.array[:] = self._equilibrium.solve(self._in_plane_force)[:, 0]
         return algebra.assemble_vector(self._reaction)
 
-
-class _InPlaneEquilibrium:
-    """SNES for the in-plane displacement; the tangent does not depend on the state, so that one
-    factorisation serves every iteration of every case."""
-
-    def __init__(self, plate: Plate, energy: Any) -> None:
-        self.plate = plate
-        self.free = membrane.free_dofs(plate)
-        self._residual = compat.form(ufl.derivative(energy, plate.u))
-        stiffness = self.free.restrict(algebra.assemble(plate.compiled(plate.in_plane_form)))
-        self._x = stiffness.createVecRight()
-        self._f = stiffness.createVecLeft()
-        self._load = 0.0
-        snes = PETSc.SNES().create(plate.domain.comm)
-        snes.setOptionsPrefix("nanorom_step_")
-        snes.setFunction(self._assemble_residual, self._f)
-        snes.setJacobian(lambda *_: None, stiffness)
-        algebra.use_cholesky(snes.getKSP())
-        options = PETSc.Options("nanorom_step_")
-        options["snes_lag_jacobian"] = options["snes_lag_preconditioner"] = -2  # once, for ever
-        options["snes_lag_jacobian_persists"] = options["snes_lag_preconditioner_persists"] = 1
-        snes.setTolerances(rtol=SNES_TOLERANCE, atol=0.0, stol=0.0, max_it=10)
-        snes.setFromOptions()
-        self.snes = snes
-
-    def solve(self) -> None:
-        """Equilibrium for the deflection that the plate holds; raises SolverError."""
-        self._x.set(0.0)
-        self.snes.solve(None, self._x)
-        if self.snes.getConvergedReason() <= 0:
-            raise SolverError(
-                f"a static load case did not converge: SNES reason "
-                f"{self.snes.getConvergedReason()} after {self.snes.getIterationNumber()} "
-                f"iterations at residual {self.snes.getFunctionNorm():.1e}; lower the amplitude"
-            )
-        self._set_state(self._x)
-
-    def _set_state(self, x: PETSc.Vec) -> None:
-        self.plate.u.x.array[:] = 0.0
-        self.plate.u.x.array[self.free.local] = x.array_r
-        self.plate.u.x.scatter_forward()
-
-    def _assemble_residual(self, snes: PETSc.SNES, x: PETSc.Vec, f: PETSc.Vec) -> None:
-        self._set_state(x)
-        f.array[:] = algebra.assemble_vector(self._residual)[self.free.local]
+    def _in_plane_force(self, u: np.ndarray | None) -> np.ndarray:
+        """Force (owned free dofs, 1) at a displacement, the same; at none for None. Collective."""
+        assert self._equilibrium is not None
+        free = self._equilibrium.free
+        self.plate.u.x.array[:] = 0.0 if u is None else free.extended(u)[:, 0]
+        return algebra.assemble_vector(self._residual)[free.local, None]

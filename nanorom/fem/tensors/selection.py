@@ -18,8 +18,7 @@ import numpy as np
 
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.symmetry import Parity
-
-Case = tuple[tuple[int, int], ...]  # (mode, sign) of every mode taking part
+from nanorom.fem.tensors.cases import Case
 
 
 def images(parities: list[Parity], odd: bool) -> list[np.ndarray]:

@@ -17,6 +17,8 @@ from nanorom.fem.models.shell import Shell
 from nanorom.fem.modes.shell import ShellModes
 from nanorom.fem.solvers import algebra, groups
 from nanorom.fem.statics.problem import StaticProblem
+from nanorom.fem.symmetry import Parity
+from nanorom.fem.tensors.inplane import InPlane
 
 CONVERGED = 1e-12  # residual of a load case relative to its first one
 STALLED = 1e-7  # so small a residual may stop falling: it counts squared in the modal force
@@ -38,8 +40,12 @@ class ShellCases:
     odd : opposite cases have opposite forces, as the shell is flat and not deflected.
     """
 
+    polynomial = False
+    most_columns = 64
+
     def __init__(self, modes: ShellModes) -> None:
         problem, shell = modes.problem, modes.shell
+        self.modes = modes
         self.problem, self._across = problem, shell.domain.across
         self.base, self._magnitude = problem.free_values(), float(problem.magnitude.value)
         self._frame = _Frame(shell, problem)
@@ -67,6 +73,20 @@ class ShellCases:
         self.linear = self._project(algebra.multiply(stiffness, self._shapes))
         deflection = np.abs(base[normal]).max(initial=0.0)
         self.odd = shell.is_flat and problem.comm.allreduce(float(deflection)) < STRAIGHT
+
+    @property
+    def parities(self) -> list[Parity]:
+        """One class: a shell is meshed as a whole."""
+        return self.modes.modes.parities
+
+    @property
+    def key(self) -> str:
+        """Tells modes and mesh from those of other cases."""
+        return self.modes.modes.key
+
+    def in_plane(self, amplitude: float) -> InPlane:
+        """Nothing: the displacement in the surface is one unknown with the director."""
+        return InPlane()
 
     def nonlinear_force(self, q: np.ndarray) -> np.ndarray:
         """eta (L, m) = Phi^T (F_T - K X_c) at modal amplitudes q (L, m). Collective.

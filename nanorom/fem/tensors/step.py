@@ -12,36 +12,31 @@ equilibrium (SNES), and takes the consistent reaction of the deflection's degree
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations, groupby, permutations
 
 import attrs
 import numpy as np
 
 from nanorom.errors import SolverError
-from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.symmetry import Parity
 from nanorom.fem.tensors import selection
+from nanorom.fem.tensors.cases import (
+    Case,
+    Cases,
+    amplitudes_of,
+    load_cases,
+    opposite,
+    with_opposites,
+)
 from nanorom.fem.tensors.inplane import InPlane
-from nanorom.fem.tensors.loaded_cases import static_cases
-from nanorom.fem.tensors.selection import Case
 from nanorom.files.partial import Journal
 
+EXTRAPOLATED = 3  # amplitudes, each half of the last, from which coefficients go to nothing
 QUADRATIC_NOISE = 1e-3  # of the cubic force: quadratic coefficients below it are round-off
 NOT_A_POTENTIAL = 1e-2  # asymmetry of tensors that are refused
 
-
-def load_cases(n_modes: int) -> Iterator[Case]:
-    """All cases of STEP: +-j; ++, --, +- of each pair; +++ of each triple."""
-    for j in range(n_modes):
-        yield ((j, 1),)
-        yield ((j, -1),)
-    for j, k in combinations(range(n_modes), 2):
-        yield (j, 1), (k, 1)
-        yield (j, -1), (k, -1)
-        yield (j, 1), (k, -1)
-    for j, k, l in combinations(range(n_modes), 3):
-        yield (j, 1), (k, 1), (l, 1)
+Coefficients = tuple[np.ndarray, np.ndarray]  # quadratic, cubic
 
 
 @attrs.frozen(eq=False)
@@ -62,75 +57,112 @@ class StepResult:
 
 
 def step(
-    modes: Modes,
-    count: int,
+    cases: Cases,
     amplitude: float,
-    in_plane: str = "free",
+    nonzero: np.ndarray | None = None,
+    extrapolate: bool = False,
     progress: Callable[[int, int], None] | None = None,
     journal: Journal | None = None,
 ) -> StepResult:
-    """Quadratic and cubic coefficients of the first ``count`` modes. Collective.
+    """Quadratic and cubic coefficients of the modes of some cases. Collective.
 
-    ``amplitude`` scales every prescribed mode; it is in the unit in which the plate's
-    ``membrane_stiffness`` is given.  Of cases that are images of each other one is solved, and of
-    three modes together none where symmetry leaves nothing to be found.  Cases that the
-    ``journal`` of an interrupted run holds are not solved again.  Raises SolverError if a case
-    does not converge.
+    ``amplitude`` scales every prescribed mode, in the unit of the cases' amplitudes; from it, its
+    half and its quarter coefficients are `extrapolated` if asked for.  Of cases that are images of
+    each other one is solved, and of three modes together none where symmetry leaves nothing to be
+    found: ``nonzero`` (L, L, L, L).  Cases that the ``journal`` of an interrupted run holds are not
+    solved again.  Raises SolverError if a case does not converge.
     """
-    statics = static_cases(modes, in_plane)
-    nonzero = selection.permitted(modes, 4)
-    cases = [
+    n = len(cases.parities)
+    every = [
         case
-        for case in load_cases(count)
-        if len(case) < 3 or nonzero[:, case[0][0], case[1][0], case[2][0]].any()
+        for case in load_cases(n)
+        if nonzero is None or len(case) < 3 or nonzero[:, case[0][0], case[1][0], case[2][0]].any()
     ]
-    sources = selection.solved_for(cases, selection.images(modes.parities, statics.odd))
-    solved = [case for case, (source, _) in sources.items() if source == case]
-    batches = list(batches_of(solved, modes, statics.most_columns))
-    solved = [case for batch in batches for case in batch]
-    journal = journal or Journal()
-    dofs = modes.plate.deflections.dofmap.index_map.size_global
-    # of this mesh, these modes, these cases
-    which = hashlib.sha256(repr(solved).encode()).hexdigest()[:16]
-    name = f"{dofs} dofs, eigenvalues {modes.eigenvalues.sum():.9e}, cases {which}"
-    table = journal.table(name, (count, len(solved)))
+    if not cases.polynomial:
+        every = with_opposites(every)
+    sources = selection.solved_for(every, selection.images(cases.parities, cases.odd))
+    batches = list(batches_of([c for c, (s, _) in sources.items() if s == c], cases))
+    amplitudes = [amplitude / 2**halvings for halvings in range(EXTRAPOLATED if extrapolate else 1)]
+    n_solved, found = sum(map(len, batches)), []
+    for number, each in enumerate(amplitudes):
+
+        def told(done: int, before: int = number * n_solved) -> None:
+            if progress is not None:
+                progress(before + done, len(amplitudes) * n_solved)
+
+        own = solved(cases, batches, each, told, journal or Journal())
+        forces = {case: signs * own[source] for case, (source, signs) in sources.items()}
+        parts = coefficients if cases.polynomial else coefficients_of_parts
+        found.append(parts(forces, n, each))
+    quadratic, cubic = extrapolated(found)
+    known = cases.in_plane(amplitude)
+    return symmetric(quadratic, cubic, amplitude, len(amplitudes) * n_solved, known)
+
+
+def solved(
+    cases: Cases,
+    batches: list[list[Case]],
+    amplitude: float,
+    progress: Callable[[int], None],
+    journal: Journal,
+) -> dict[Case, np.ndarray]:
+    """Modal force (L,) of all cases, those that a journal holds taken from there. Collective."""
+    every = [case for batch in batches for case in batch]
+    which = hashlib.sha256(repr(every).encode()).hexdigest()[:16]
+    name = f"{cases.key}, amplitude {amplitude:.9e}, cases {which}"
+    table = journal.table(name, (len(cases.parities), len(every)))
     done = 0
     for batch in batches:
         columns = slice(done, done + len(batch))
         if np.isnan(table[:, columns]).any():
-            q = np.zeros((len(modes.parities), len(batch)))
-            for column, case in enumerate(batch):
-                for mode, sign in case:
-                    q[mode, column] = sign * amplitude
-            table[:, columns] = statics.nonlinear_force(q)[:count]
+            q = amplitudes_of(batch, len(cases.parities), amplitude)
+            table[:, columns] = cases.nonlinear_force(q)
             journal.keep()
         done += len(batch)
-        if progress is not None:
-            progress(done, len(solved))
-    found = dict(zip(solved, table.T))
-    forces = {case: signs[:count] * found[source] for case, (source, signs) in sources.items()}
-    quadratic, cubic = coefficients(forces, count, amplitude)
-    return symmetric(quadratic, cubic, amplitude, len(solved), statics.in_plane(amplitude))
+        progress(done)
+    return dict(zip(every, table.T))
 
 
-def batches_of(cases: list[Case], modes: Modes, most: int) -> Iterator[list[Case]]:
+def batches_of(every: list[Case], cases: Cases) -> Iterator[list[Case]]:
     """Cases that are solved together: those in which the same classes of symmetry move.
 
     An interrupted run solves the same batches, so that its result is the same to the last bit.
     """
 
     def moving(case: Case) -> list[Parity]:
-        return sorted({modes.parities[mode] for mode, _ in case})
+        return sorted({cases.parities[mode] for mode, _ in case})
 
-    for _, alike in groupby(sorted(cases, key=moving), key=moving):
+    for _, alike in groupby(sorted(every, key=moving), key=moving):
         members = list(alike)
-        for first in range(0, len(members), most):
-            yield members[first : first + most]
+        for first in range(0, len(members), cases.most_columns):
+            yield members[first : first + cases.most_columns]
 
 
-def coefficients(
+def coefficients_of_parts(
     forces: dict[Case, np.ndarray], n_modes: int, amplitude: float
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Coefficients:
+    """Quadratic coefficients of the even part of the forces, cubic ones of the odd part.
+
+    Each is free of the other, so that what truncation leaves is even in the amplitude.
+    """
+    even, odd = (
+        {case: (force + sign * forces[opposite(case)]) / 2 for case, force in forces.items()}
+        for sign in (1, -1)
+    )
+    return coefficients(even, n_modes, amplitude)[0], coefficients(odd, n_modes, amplitude)[1]
+
+
+def extrapolated(found: Sequence[Coefficients]) -> Coefficients:
+    """Richardson's value at no amplitude, from halved ones: what truncation adds is even in it."""
+    for power in 4.0 ** np.arange(1, len(found)):
+        found = [
+            ((power * b[0] - a[0]) / (power - 1), (power * b[1] - a[1]) / (power - 1))
+            for a, b in zip(found, found[1:])
+        ]
+    return found[0]
+
+
+def coefficients(forces: dict[Case, np.ndarray], n_modes: int, amplitude: float) -> Coefficients:
     """Solve the load cases for alpha[r, j, k] and b[r, j, k, l], symmetric in j, k (, l).
 
     The arrays sum over all index orders: alpha_jk of the paper is 2 alpha[r, j, k] for j != k.

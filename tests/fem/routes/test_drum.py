@@ -13,9 +13,9 @@ from nanorom.fem.modes.normal import normalise
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.routes.plate import check_uncoupled
 from nanorom.fem.scales import Scales
+from nanorom.fem.tensors.cases import load_cases
 from nanorom.fem.tensors.flat_cases import FlatCases
 from nanorom.fem.tensors.loaded_cases import StaticCases
-from nanorom.fem.tensors.step import load_cases
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.scene import Accuracy, Reduction
 from tests.fem.exact import (

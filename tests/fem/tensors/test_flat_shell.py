@@ -12,7 +12,7 @@ from nanorom.fem.modes import shell as shells
 from nanorom.fem.modes.normal import normalise
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics.problem import StaticProblem
-from nanorom.fem.tensors import amplitude, direct, shell_cases
+from nanorom.fem.tensors import amplitude, direct, shell_cases, step
 from tests.fem.drums import drum
 
 NU, BENDING, DEGREE = 0.3, 0.3, 5
@@ -51,7 +51,7 @@ def test_frequency_and_cubic_coefficient_tend_to_the_plates(plate):
     for thickness in THICKNESSES:
         modes, stretch = shell_modes(thickness, 1)
         modes = modes.like(normalise(modes.modes.take(np.arange(1))))
-        result = amplitude.step(shell_cases.ShellCases(modes), 0.2 * thickness)
+        result = step.step(shell_cases.ShellCases(modes), 0.2 * thickness)
         found = np.array([np.sqrt(modes.eigenvalues[0]), result.cubic[0, 0, 0, 0] / stretch])
         deviations.append(np.abs(found / exact - 1))
     thick, thin = deviations
@@ -64,7 +64,7 @@ def test_amplitude_is_on_the_plateau_and_truncation_is_told():
     modes, _ = shell_modes(0.02, 2)
     modes = modes.like(normalise(modes.modes.take(np.arange(2))))
     cases = shell_cases.ShellCases(modes)
-    large, small = (amplitude.step(cases, a * 0.02) for a in (0.2, 0.1))
+    large, small = (step.step(cases, a * 0.02) for a in (0.2, 0.1))
     assert large.cubic == pytest.approx(small.cubic, abs=PLATEAU * np.abs(small.cubic).max())
     assert small.asymmetry < 1e-4
     missed = [amplitude.truncation(cases, small, a * 0.02) for a in (1.0, 2.0)]

@@ -8,7 +8,7 @@ import pytest
 
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.tensors import selection
-from nanorom.fem.tensors.step import load_cases
+from nanorom.fem.tensors.cases import load_cases
 from nanorom.scene.film import Tension
 from nanorom.scene.load import Load
 from nanorom.scene.scene import Accuracy, Modes, Reduction

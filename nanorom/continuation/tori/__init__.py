@@ -1,0 +1,1 @@
+"""Quasi-periodic motion: tori as invariant curves of the return map, followed and judged."""

@@ -1,0 +1,205 @@
+"""What a fit of resonances can find of a film; each unknown is a class.
+
+The stiffness T_x K_x + T_y K_y + D K_D and the mass rho h M depend on the film through four numbers
+(T_x, T_y, D, rho h).  An unknown says what it sets in the film and how the four change with it; the
+fit, the search and what is told of them ask no more.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import attrs
+import numpy as np
+
+from nanorom.errors import SceneError
+from nanorom.scene.film import Tension
+from nanorom.scene.scene import Scene
+from nanorom.types import Array
+
+PAIR = ("tension_x", "tension_y")  # alike unless the film's shape or labels tell x from y
+
+
+@attrs.frozen
+class Film:
+    """What the operators of a scene's film depend on, in SI units; bends: not a membrane."""
+
+    tension_x: float
+    tension_y: float
+    youngs_modulus: float
+    poisson_ratio: float
+    density: float
+    thickness: float
+    bends: bool
+
+    @classmethod
+    def of(cls, scene: Scene) -> Film:
+        """The film of a scene."""
+        material, bends = scene.material, scene.plate.model != "membrane"
+        return cls(
+            scene.tension.x,
+            scene.tension.y,
+            material.youngs_modulus,
+            material.poisson_ratio,
+            material.density,
+            scene.plate.thickness,
+            bends,
+        )
+
+    @property
+    def bending(self) -> float:
+        """Bending stiffness D in N m; 0 for a membrane."""
+        if not self.bends:
+            return 0.0
+        return self.youngs_modulus * self.thickness**3 / 12 / (1 - self.poisson_ratio**2)
+
+    @property
+    def operators(self) -> Array:
+        """T_x, T_y in N/m, D in N m, rho h in kg/m^2 (4,)."""
+        areal_mass = self.density * self.thickness
+        return np.array([self.tension_x, self.tension_y, self.bending, areal_mass])
+
+    def put_into(self, scene: Scene) -> Scene:
+        """The scene with this film; raises SceneError where it allows no such value."""
+        material = attrs.evolve(
+            scene.material, youngs_modulus=self.youngs_modulus, density=self.density
+        )
+        return scene.with_(
+            tension=Tension(self.tension_x, self.tension_y),
+            material=material,
+            plate=attrs.evolve(scene.plate, thickness=self.thickness),
+        )
+
+
+class Unknown(ABC):
+    """A number to be found, greater than 0.
+
+    name, unit; sets: attributes of the film that it gives its value to.  stiffens: 1 if all of
+    omega^2 goes with it together with the others of its kind, -1 if omega^2 goes with its inverse,
+    else 0; bends: power with which D grows with it; pulls: whether it is a tension.
+    bounds: values (low, high) beyond which the fit does not go.
+    """
+
+    name: ClassVar[str]
+    unit: ClassVar[str]
+    sets: ClassVar[tuple[str, ...]]
+    stiffens: ClassVar[int] = 0
+    bends: ClassVar[int] = 0
+    pulls: ClassVar[bool] = False
+    bounds: ClassVar[tuple[float, float]] = (0.0, np.inf)
+
+    def of(self, film: Film) -> float:
+        """Its value in a film, in its unit."""
+        return float(np.mean([getattr(film, name) for name in self.sets]))
+
+    def put(self, film: Film, value: float) -> Film:
+        """The film with another value."""
+        return attrs.evolve(film, **dict.fromkeys(self.sets, value))
+
+    @abstractmethod
+    def slope(self, film: Film) -> Array:
+        """Derivatives (4,) of T_x, T_y, D, rho h with it, in SI units."""
+
+    def check(self, film: Film) -> None:
+        """Raise SceneError where the resonances of a film cannot depend on it."""
+        if not self.slope(film).any():
+            raise SceneError(f"unknowns: found {self.name}, on which no resonance depends here")
+
+
+class IsotropicTension(Unknown):
+    """The same tension along x and y."""
+
+    name, unit, sets = "tension", "N/m", PAIR
+    stiffens, pulls = 1, True
+
+    def slope(self, film: Film) -> Array:
+        """As of `Unknown`."""
+        return np.array([1.0, 1.0, 0.0, 0.0])
+
+
+class TensionX(Unknown):
+    """Tension along x."""
+
+    name, unit, sets = PAIR[0], "N/m", PAIR[:1]
+    stiffens, pulls = 1, True
+
+    def slope(self, film: Film) -> Array:
+        """As of `Unknown`."""
+        return np.array([1.0, 0.0, 0.0, 0.0])
+
+
+class TensionY(Unknown):
+    """Tension along y."""
+
+    name, unit, sets = PAIR[1], "N/m", PAIR[1:]
+    stiffens, pulls = 1, True
+
+    def slope(self, film: Film) -> Array:
+        """As of `Unknown`."""
+        return np.array([0.0, 1.0, 0.0, 0.0])
+
+
+class YoungsModulus(Unknown):
+    """Young's modulus, through the bending stiffness."""
+
+    name, unit, sets = "youngs_modulus", "Pa", ("youngs_modulus",)
+    stiffens, bends = 1, 1
+
+    def slope(self, film: Film) -> Array:
+        """As of `Unknown`."""
+        return np.array([0.0, 0.0, self.put(film, 1.0).bending, 0.0])
+
+    def check(self, film: Film) -> None:
+        """As of `Unknown`."""
+        if not film.bends:
+            raise SceneError(
+                "unknowns: found youngs_modulus, but a membrane has no bending stiffness to find "
+                'it from; use plate.model = "plate"'
+            )
+
+
+class Density(Unknown):
+    """Density."""
+
+    name, unit, sets = "density", "kg/m^3", ("density",)
+    stiffens = -1
+
+    def slope(self, film: Film) -> Array:
+        """As of `Unknown`."""
+        return np.array([0.0, 0.0, 0.0, film.thickness])
+
+
+class Thickness(Unknown):
+    """Thickness at a given tension (N/m): D goes with its cube, the mass with itself."""
+
+    name, unit, sets = "thickness", "m", ("thickness",)
+    bends = 3
+
+    def slope(self, film: Film) -> Array:
+        """As of `Unknown`."""
+        return np.array([0.0, 0.0, 3 * film.bending / film.thickness, film.density])
+
+
+_ALL = (IsotropicTension(), TensionX(), TensionY(), YoungsModulus(), Density(), Thickness())
+UNKNOWNS: dict[str, Unknown] = {unknown.name: unknown for unknown in _ALL}
+USUAL = (*PAIR, "youngs_modulus")
+
+
+def chosen(film: Film, names: tuple[str, ...]) -> tuple[Unknown, ...]:
+    """The unknowns of these names in the order of the table; raises SceneError."""
+    for name in names:
+        if name not in UNKNOWNS:
+            raise SceneError(f"unknowns: found {name!r}; allowed: {', '.join(UNKNOWNS)}")
+    found = tuple(unknown for name, unknown in UNKNOWNS.items() if name in names)
+    if not found:
+        raise SceneError(f"unknowns: found none; allowed: {', '.join(UNKNOWNS)}")
+    for i, unknown in enumerate(found):
+        for other in found[:i]:
+            if set(unknown.sets) & set(other.sets):
+                raise SceneError(
+                    f"unknowns: found {other.name} beside {unknown.name}, which is a part of it; "
+                    "give one of them"
+                )
+        unknown.check(film)
+    return found

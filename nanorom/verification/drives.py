@@ -1,0 +1,136 @@
+"""What a drive does to every degree of freedom of the film, by class of symmetry.
+
+The patterns are those of `nanorom.scene.patterns`; what the finite elements make of them on modes
+(`fem.output.patterns`) is done here on all basis functions.
+"""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+import scipy.sparse.linalg as spl
+
+from nanorom.errors import SceneError
+from nanorom.fem.fields.places import locate
+from nanorom.fem.output import patterns
+from nanorom.fem.solvers import compat
+from nanorom.fem.symmetry import Parity
+from nanorom.scene.drive import Drive
+from nanorom.scene.patterns import PARAMETRIC
+from nanorom.scene.patterns.pattern import (
+    Areal,
+    Concentrated,
+    DirectPattern,
+    ParametricPattern,
+    Proportional,
+    Stretch,
+    Uniform,
+)
+from nanorom.types import Array
+from nanorom.verification.assemble import Film
+from nanorom.verification.linear import geometric
+
+UNSEEN = 1e-12  # of the largest force: a class that is driven less is not driven
+
+
+def direct_forces(film: Film, drive: Drive) -> dict[Parity, Array]:
+    """Forces (free,) in N of the direct pattern at level 1 on the classes that it drives.
+
+    Of the meshed part alone.  Raises SceneError for a point that is not on the film.
+    """
+    whole = force(drive.pattern, film)
+    forces = {p: f[film.discrete.free[p]] for p, f in whole.items()}
+    largest = max(float(np.abs(f).max()) for f in forces.values())
+    return {p: f for p, f in forces.items() if np.abs(f).max() > UNSEEN * largest}
+
+
+@singledispatch
+def force(pattern: DirectPattern, film: Film) -> dict[Parity, Array]:
+    """Forces (nodes,) in N of a pattern at level 1, by class; SceneError beside the film."""
+    raise TypeError(f"no direct pattern: {pattern!r}")
+
+
+@force.register
+def _(pattern: Uniform, film: Film) -> dict[Parity, Array]:
+    tables = film.discrete.tables
+    pushed = tables.push(tables.weights[..., None])[:, 0]
+    return {film.discrete.even: film.scales.length**2 * pushed}
+
+
+@force.register
+def _(pattern: Areal, film: Film) -> dict[Parity, Array]:
+    length = film.scales.length
+    found = {p: np.zeros(film.discrete.tables.nodes) for p in film.plate.mirrors.classes}
+    for flip, signs in _copies(film):
+        rule = patterns.areal_rule(pattern, film.plate, flip, length)
+        pushed = length**2 / film.plate.mirrors.copies * _at(film, *rule)
+        for parity, sign in signs.items():
+            found[parity] += sign * pushed
+    return found
+
+
+@force.register
+def _(pattern: Concentrated, film: Film) -> dict[Parity, Array]:
+    place = np.array(pattern.position) / film.scales.length
+    for flip, signs in _copies(film):
+        cells, reference = locate(film.plate, (flip * place)[None])
+        if cells[0] >= 0:
+            pushed = _at(film, cells, reference, np.ones(1)) / film.plate.mirrors.copies
+            return {parity: sign * pushed for parity, sign in signs.items()}
+    raise SceneError("drive.position: it is not on the film")
+
+
+def _copies(film: Film) -> list[tuple[Array, dict[Parity, float]]]:
+    """Each copy of the meshed part: coordinates (2,) by those of the part, sign of each class."""
+    classes = film.plate.mirrors.classes
+    ones = np.ones((len(classes), 1))
+    flips, signs = film.plate.mirrors.unfold(np.ones((1, 2)), ones, classes)
+    return [(flip, dict(zip(classes, own))) for flip, own in zip(flips, signs.T)]
+
+
+def _at(film: Film, cells: np.ndarray, reference: Array, weights: Array) -> Array:
+    """sum of weights (m,) times basis functions (nodes,) at reference points (m, 2) of cells."""
+    dofs = compat.cell_dofs(film.plate.deflections)[cells]
+    basis = compat.reference_element(film.plate.degree).tabulate(0, reference)
+    found = np.zeros(film.discrete.tables.nodes)
+    np.add.at(found, dofs, weights[:, None] * np.asarray(basis).reshape(dofs.shape))
+    return found
+
+
+def modulation(film: Film, drive: Drive, parity: Parity) -> Any:
+    """Operator (free, free) in N/m on what level 1 of the parametric pattern modulates."""
+    return stiffness(PARAMETRIC[drive.parametric_pattern](), film, drive, parity)
+
+
+@singledispatch
+def stiffness(pattern: ParametricPattern, film: Film, drive: Drive, parity: Parity) -> Any:
+    """Operator (free, free) in N/m that level 1 of a pattern multiplies by cos(omega t)."""
+    raise TypeError(f"no parametric pattern: {pattern!r}")
+
+
+@stiffness.register
+def _(pattern: Stretch, film: Film, drive: Drive, parity: Parity) -> Any:
+    ones = np.ones(film.discrete.tables.weights.shape)
+    isotropic = np.stack([ones, ones, np.zeros_like(ones)])
+    return geometric(film.discrete.tables, isotropic, film.discrete.free[parity])
+
+
+@stiffness.register
+def _(pattern: Proportional, film: Film, drive: Drive, parity: Parity) -> Any:
+    """F_r = J_r q_r of the named modes, with the J_r of the direct pattern on the whole film."""
+    own = [i for i, p in enumerate(film.parities) if p == parity]
+    free = film.discrete.free[parity]
+    shapes = film.solution.modes.shapes[free][:, own]
+    momenta = film.pieces.mass[free][:, free] @ shapes
+    direct = direct_forces(film, drive).get(parity, np.zeros(len(free)))
+    masses = np.einsum("nr,nr->r", shapes, momenta)
+    # J_r of all copies, its force on one of them
+    factor = -(shapes.T @ direct) / masses**2
+
+    def apply(columns: Array) -> Array:
+        pulled = momenta @ (factor[:, None] * (momenta.T @ columns.reshape(len(free), -1)))
+        return np.asarray(pulled.reshape(columns.shape))
+
+    return spl.LinearOperator((len(free),) * 2, matvec=apply, matmat=apply)

@@ -1,0 +1,141 @@
+"""Newton's method for a film's orbit, its corrections by flexible GMRES.
+
+Each step: residual and state along the orbit; a preconditioner about them; a correction by GMRES
+(Saad 1993, doi:10.1137/0914028) in the norm of the static work, solved the better the closer the
+orbit is; half the correction, and half again, where the residual would grow.
+"""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+
+from nanorom.errors import SolverError
+from nanorom.types import Array
+from nanorom.verification.film import State
+from nanorom.verification.preconditioner import Border, Model, Preconditioner
+
+SOLVED = 1e-8  # residual by the drive at which an orbit is one
+ACCEPTED = 1e-6  # residual that will do where rounding lets it fall no further
+MOST_STEPS = 12
+MOST_HALVINGS = 4
+FORCING = 1e-2, 1e-3  # of the residual that the first, and a later correction may leave
+SAFE = 0.3  # of what is still wanted, that a last correction leaves
+MOST_DIRECTIONS = 120  # of GMRES
+GROWTH = 1e3  # of the residual: beyond that nothing is near
+
+
+@attrs.frozen(eq=False)
+class Corrected:
+    """Coefficients (n, 2H + 1) and rate of an orbit, its residual by the drive, and what it took.
+
+    first : the first correction's coefficients and rate: what the start was wrong by, to first
+    order; evaluations : of force and tangent.
+    """
+
+    coefficients: Array
+    rate: float
+    residual: float
+    first: tuple[Array, float]
+    evaluations: int
+    steps: int
+
+
+class NoOrbitError(SolverError):
+    """Newton's method found no full-order orbit near the modal one."""
+
+
+def correct(
+    model: Model, x: Array, rate: float, border: Border, tolerance: float = SOLVED
+) -> Corrected:
+    """The film's orbit near coefficients (n, 2H + 1) and a rate, on a border's hyperplane.
+
+    Raises NoOrbitError where Newton's method gets neither to the tolerance nor to `ACCEPTED`.
+    """
+    equations = model.equations
+    residual, state = equations.residual(x, rate)
+    size = equations.norm(residual) / equations.driving(x)
+    start, evaluations, first = size, 1, (np.zeros_like(x), 0.0)
+    for step in range(MOST_STEPS):
+        if size <= tolerance:
+            return Corrected(x, rate, size, first, evaluations, step)
+        system = _Linear(model, x, rate, state, border)
+        asked = max(FORCING[min(step, 1)], SAFE * tolerance / size)
+        change, by_rate, used = system.solve(-residual, asked)
+        if step == 0:
+            first = change, by_rate
+        evaluations += used
+        share = 1.0
+        for _ in range(MOST_HALVINGS + 1):
+            tried = x + share * change, rate + share * by_rate
+            residual, state = equations.residual(*tried)
+            evaluations += 1
+            new = equations.norm(residual) / equations.driving(tried[0])
+            if new < size or (step == 0 and new < GROWTH * size):
+                break
+            share *= 0.5
+        if not new < GROWTH * start:
+            break
+        stalled = new > 0.5 * size and new > tolerance
+        x, rate, size = *tried, new
+        if stalled and size <= ACCEPTED:
+            return Corrected(x, rate, size, first, evaluations, step + 1)
+    raise NoOrbitError(
+        f"no orbit of the film was found near the modal one: the residual is {size:.1e} of the "
+        f"drive after {evaluations} evaluations"
+    )
+
+
+class _Linear:
+    """The bordered linear system of one step."""
+
+    def __init__(
+        self, model: Model, x: Array, rate: float, state: State, border: Border
+    ) -> None:
+        self.model, self.rate, self.state, self.border = model, rate, state, border
+        self.preconditioner = Preconditioner(model, x, rate, state, border)
+
+    def apply(self, change: Array, by_rate: float) -> tuple[Array, float]:
+        """What the Jacobian makes of a change."""
+        model = self.model
+        force = model.equations.along(self.state, change, self.rate)
+        force += by_rate * self.preconditioner.by_rate
+        last = self.border.slope * by_rate
+        if self.border.direction.any():
+            modal = model.project(change, momenta=True).T
+            last += float(np.vdot(self.border.direction, modal))
+        return force, last
+
+    def solve(self, forces: Array, tolerance: float) -> tuple[Array, float, int]:
+        """Change of coefficients and rate to a relative tolerance, and evaluations taken."""
+        equations = self.model.equations
+        flexible = equations.flexibility(forces)
+        beta = np.sqrt(np.vdot(forces, flexible))
+        basis = [(forces / beta, 0.0)]
+        duals = [(flexible / beta, 0.0)]
+        changes: list[tuple[Array, float]] = []
+        matrix = np.zeros((MOST_DIRECTIONS + 1, MOST_DIRECTIONS))
+        target = np.zeros(MOST_DIRECTIONS + 1)
+        target[0] = beta
+        for j in range(MOST_DIRECTIONS):
+            changes.append(self.preconditioner(*basis[j]))
+            force, last = self.apply(*changes[j])
+            for _ in range(2):  # once more, for what rounding left
+                for i, (dual, dual_last) in enumerate(duals):
+                    share = float(np.vdot(dual, force)) + dual_last * last
+                    matrix[i, j] += share
+                    force = force - share * basis[i][0]
+                    last -= share * basis[i][1]
+            flexible = equations.flexibility(force)
+            length = float(np.sqrt(np.maximum(float(np.vdot(force, flexible)), 0.0) + last**2))
+            matrix[j + 1, j] = length
+            part = matrix[: j + 2, : j + 1]
+            weights = np.linalg.lstsq(part, target[: j + 2], rcond=None)[0]
+            left = float(np.linalg.norm(part @ weights - target[: j + 2]))
+            if left <= tolerance * beta or length <= np.finfo(float).eps * beta:
+                break
+            basis.append((force / length, last / length))
+            duals.append((flexible / length, last / length))
+        change = sum((w * c for w, (c, _) in zip(weights, changes)), np.zeros_like(forces))
+        by_rate = float(sum(w * r for w, (_, r) in zip(weights, changes)))
+        return change, by_rate, len(changes)

@@ -1,0 +1,34 @@
+"""Write the tables of files into the documents, from what the classes declare.
+
+./run python -m tests.files.layouts
+"""
+
+import re
+from pathlib import Path
+
+from nanorom import LoadCurve, ReducedModel, Response
+from nanorom.files import layout
+from nanorom.results import diagram_file
+
+TOP = Path(__file__).parents[2]
+DOCUMENTS = [TOP / "README.md", TOP / "docs" / "files.md"]
+CLASSES = {cls.__name__: cls for cls in (ReducedModel, Response, LoadCurve)}
+TABLE = re.compile(r"(<!-- layout of (\w+), [^>]*-->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def rows(name):
+    table = layout.rows(CLASSES[name])
+    if name == "Response":
+        for at, items in diagram_file.TABLES.items():
+            table += [layout.item_row(f"{at}/{each}", item) for each, item in items.items()]
+    return table
+
+
+def with_tables(text):
+    """A document with its tables made anew."""
+    return TABLE.sub(lambda m: f"{m[1]}\n{layout.markdown(rows(m[2]))}\n\n{m[3]}", text)
+
+
+if __name__ == "__main__":
+    for document in DOCUMENTS:
+        document.write_text(with_tables(document.read_text("utf-8")), "utf-8")
