@@ -189,7 +189,10 @@ class ModalSystem:
             )
 
     def natural_frequencies_squared(self) -> Array:
-        """Eigenvalues of M^-1 K, ascending (negative where they are not real and positive)."""
+        """Eigenvalues (L,) of M^-1 K, ascending, in rad^2 per squared unit of time.
+
+        Negative where they are not real and positive.
+        """
         values = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))
         bad = np.abs(values.imag) > REAL * np.abs(values)
         return np.sort(np.where(bad, -np.abs(values), values.real))
@@ -200,7 +203,10 @@ class ModalSystem:
         return int(self.stiffness.shape[0])
 
     def scaled(self, direct: float = 0.0, parametric: float = 0.0) -> ScaledSystem:
-        """The equations at given drive levels, divided by the mass and made non-dimensional."""
+        """The equations at given drive levels (in units of the patterns), made non-dimensional.
+
+        Raises ContinuationError for levels or a damping that do not do.
+        """
         for name, level in (("direct", direct), ("parametric", parametric)):
             if not finite(level):
                 raise ContinuationError(f"{name}: drive level {level!r} is not a finite number")
@@ -298,18 +304,21 @@ class ScaledSystem:
     loss: Array
     force: Array
     parametric: Array
+    shapes: Array | None = None  # (L, L): of the model, by those of the equations (columns)
 
     @property
     def size(self) -> int:
         return len(self.force)
 
     def given(self, motion: Array) -> Array:
-        """A motion (..., L) of these equations in the units of the model."""
-        return np.asarray(motion * self.amplitude)
+        """A motion (..., L) of these equations in the coordinates and units of the model."""
+        own = motion if self.shapes is None else motion @ self.shapes.T
+        return np.asarray(own * self.amplitude)
 
     def inner(self, motion: Array) -> Array:
-        """A motion (..., L) of the model in the units of these equations."""
-        return np.asarray(motion / self.amplitude)
+        """A motion (..., L) of the model in the coordinates and units of these equations."""
+        own = motion if self.shapes is None else np.linalg.solve(self.shapes, motion.T).T
+        return np.asarray(own / self.amplitude)
 
     @property
     def nonlinear(self) -> bool:
@@ -348,4 +357,5 @@ class ScaledSystem:
         )
 
 
-ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in ("frequency", "amplitude"))
+UNITS = ("frequency", "amplitude", "shapes")
+ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in UNITS)

@@ -89,9 +89,7 @@ def correct(
 class _Linear:
     """The bordered linear system of one step."""
 
-    def __init__(
-        self, model: Model, x: Array, rate: float, state: State, border: Border
-    ) -> None:
+    def __init__(self, model: Model, x: Array, rate: float, state: State, border: Border) -> None:
         self.model, self.rate, self.state, self.border = model, rate, state, border
         self.preconditioner = Preconditioner(model, x, rate, state, border)
 

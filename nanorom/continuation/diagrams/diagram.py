@@ -15,7 +15,8 @@ class SpecialPoint:
 
     type: code of a row of `orbits.bifurcations`, LP, PD, NS or BP; omega in the user's unit;
     amplitude (L,) = max |q_r| over a period; multipliers (2L,); state (2L,) = (q, dq/dt) at forcing
-    phase 0; branch: index of the branch it lies on.
+    phase 0; branch: index of the branch it lies on; coefficients (2H + 1, L) of the orbit, as of a
+    `Branch`; multiplicity: how many multipliers (pairs of an NS) are critical at once.
     """
 
     type: str
@@ -26,6 +27,7 @@ class SpecialPoint:
     branch: int
     period_multiple: int
     coefficients: Array = attrs.field(repr=False)
+    multiplicity: int = 1
 
     @property
     def orbit(self) -> PeriodicOrbit:
@@ -35,13 +37,15 @@ class SpecialPoint:
 
 @attrs.define(eq=False)
 class Branch:
-    """A branch of periodic orbits of period period_multiple * 2 pi / omega.
+    """A branch of periodic orbits of period period_multiple * 2 pi / omega, in the system's units.
 
     omega (n,); amplitude (n, L) = max |q_r| over a period; stable (n,); multipliers (n, 2L),
     largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
     omega t / period_multiple, ordered 1, cos, sin, cos 2, ...; parent: index of the branch it
     bifurcates from, or None; origin: index of the special point it starts at, or None; ending: why
-    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost").
+    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost"). wave: of a system
+    with pairs of equal frequency, whether a pair moves along a line ("standing") or not
+    ("travelling"); family: the branch is one of many, turned into each other by a symmetry.
     """
 
     omega: Array
@@ -53,6 +57,8 @@ class Branch:
     origin: int | None
     coefficients: list[Array] = attrs.field(repr=False)
     ending: str = ""
+    wave: str = ""
+    family: bool = False
 
     def orbit(self, index: int) -> PeriodicOrbit:
         """The periodic orbit of one point of the branch."""
@@ -81,7 +87,10 @@ class Unexplored:
 
 @attrs.define(eq=False)
 class Diagram:
-    """All branches and special points of one drive level, and what is known to be missing."""
+    """All branches and special points of one drive level, and what is known to be missing.
+
+    direct, parametric: the level, in units of the system's patterns.
+    """
 
     branches: list[Branch]
     special_points: list[SpecialPoint]
@@ -99,6 +108,9 @@ class Diagram:
 
     def __str__(self) -> str:
         lines = [f"{len(self.branches)} branches, {len(self.special_points)} special points"]
+        for number, branch in enumerate(self.branches):
+            if branch.family:
+                lines.append(f"branch {number}: {branch.wave} waves, one of a family")
         for point in self.special_points:
             amplitude = np.array2string(point.amplitude, precision=4, max_line_width=60)
             lines.append(

@@ -20,8 +20,11 @@ from nanorom.continuation.orbits.bifurcations import (
     Kind,
     conditions,
     crossed_kind,
+    outside,
     test_function,
 )
+from nanorom.continuation.orbits.coordinates import pairs
+from nanorom.continuation.points.crossings import crossings
 from nanorom.types import Array, Numbers
 
 ROUNDS = 8
@@ -38,6 +41,7 @@ LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 ESTIMATED = 1e-3  # of an interval: interpolated roots
 ROUND_OFF = 1e-12  # of a place within a step
 APART = 1e-6  # of an average step: places closer than that are one
+NEARLY_EQUAL = 1e-3  # squared frequencies, relative: their multipliers may cross together
 MANY = 0.2  # of the points: so many poor ones are mended before anything else is looked for
 LOGS, STEEP = 600.0, 50.0  # logarithms whose exponentials are still numbers, and of use
 LEAST_GAIN = 0.3  # of a sample, by which the vertex of a parabola must lie below it
@@ -50,12 +54,14 @@ WITHIN = 0.9  # of the way to the neighbours
 class Detected:
     """A special point of a path, before it is polished and confirmed.
 
-    bracket: condition and points around a place that is estimated only.
+    bracket: condition and points around a place that is estimated only; multiplicity: how many
+    multipliers (or pairs) are critical at once.
     """
 
     kind: Kind
     place: Place
     bracket: tuple[Condition, Place, Place] | None = None
+    multiplicity: int = 1
 
 
 class Detector:
@@ -72,8 +78,9 @@ class Detector:
         size = 2 * path.tracer.system.size
         self.places: list[Place] = []
         self.positions = np.empty(0)
-        self.maps = np.empty((0, path.floquet.entries(path.tracer.support)))
+        self.maps = np.empty((0, path.entries))
         self.eigenvalues = np.empty((0, size), dtype=complex)
+        self.paired = bool(pairs(path.tracer.system, NEARLY_EQUAL))
         self.conditions = conditions(path.tracer.system.size)
         self._between: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
         self._left_out: dict[tuple[float, ...], float] = {}
@@ -92,7 +99,24 @@ class Detector:
         found = self._folds()
         for condition in self.conditions:
             found += self._roots(condition)
+        found += self._uncounted(found)
         return sorted(found, key=lambda point: self.path.position(point.place))
+
+    def _uncounted(self, found: list[Detected]) -> list[Detected]:
+        """What crosses the circle between neighbours beside the points found there."""
+        counts = outside(self.eigenvalues)
+        places = np.array([self.path.position(point.place) for point in found])
+        missed: list[Detected] = []
+        for i in range(len(counts) - 1):
+            ends = float(self.positions[i]), float(self.positions[i + 1])
+            inside = np.flatnonzero((places >= ends[0]) & (places <= ends[1]))
+            crossed = sum(found[j].kind.multipliers for j in inside)
+            change = abs(counts[i + 1] - counts[i])
+            if change > crossed or (crossed and self.paired):
+                values = self.eigenvalues[i], self.eigenvalues[i + 1]
+                others = crossings(self.path, ends, values, np.sort(places[inside]))
+                missed += [Detected(kind, place, multiplicity=m) for kind, place, m in others]
+        return missed
 
     def _insert(self, places: list[Place]) -> bool:
         """Evaluate new places, unless they are there already."""
