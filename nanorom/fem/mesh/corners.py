@@ -23,7 +23,7 @@ MIRRORS = tuple(map(line, AXES))
 SHARE, SHARE_RATE = 2.0, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
 LARGEST_SHARE = 3.0
 CORNER_ERROR = 0.2  # of the energy's singular part where no cell shrinks
-SMALLEST_MOVING = 0.3  # size of cells that move by their size before: rounding errors grow
+SMALLEST_MOVING = 0.3  # size of cells that move by that before: rounding grows with them
 LONGER = 1e-9  # edges that differ by less than this (relative) are as long
 STRAIGHT = 1e-3  # radians by which a straight side may turn
 

@@ -2,8 +2,8 @@
 
 High order is the lever: degree 8 on few curved cells.  The cell size follows from the shortest
 wavelength asked for; edges get rings or rows of cells down to the layer sqrt(D/T) in which a
-clamped plate bends; towards corners, where the solution is singular, cells shrink by themselves.  The constants were set against the exact solutions of
-`nanorom bench --accuracy`.
+clamped plate bends; towards corners, where the solution is singular, cells shrink by themselves.
+The constants were set against the exact solutions of `nanorom bench --accuracy`.
 """
 
 from __future__ import annotations

@@ -49,8 +49,8 @@ class Units:
 class StaticState:
     """The plate about its equilibrium, and how it came there.
 
-    deflection: (local dofs,) from its first shape; tension: the mean; relaxed: (local dofs,) in-plane
-    displacement where pre-stress that pulls at free edges relaxed.
+    deflection: (local dofs,) from its first shape; tension: the mean; relaxed: (local dofs,)
+    in-plane displacement where pre-stress that pulls at free edges relaxed.
     """
 
     plate: Plate
