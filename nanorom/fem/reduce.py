@@ -93,6 +93,7 @@ def reduce_scene(
         damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
+        outside_cubic=solution.outside,
         drive=direct | aimed,
         parametric=parametric,
         shapes=Shapes(points * scales.length, cells, values),
