@@ -30,7 +30,7 @@ STRAIGHT = 1e-3  # radians by which a straight side may turn
 
 @attrs.frozen
 class Corners:
-    """How to grade: kind of support by name of a curve, Poisson's ratio, tolerance of the energy."""
+    """How to grade: kind of support by name of a curve, Poisson's ratio, tolerance of energies."""
 
     kind: Callable[[str], Kind]
     nu: float
