@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nanorom.continuation.orbits.shooting import TaylorStepper
+from nanorom.continuation.orbits.flow import TaylorStepper
 from nanorom.continuation.system import ScaledSystem
 from nanorom.types import Array
 
