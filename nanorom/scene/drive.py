@@ -22,6 +22,13 @@ def _levels(value: Any, unit: str, key: str) -> tuple[float, ...]:
     return levels
 
 
+def _drive(key: str, about: str) -> Any:
+    """Field of levels, read later: their unit is that of the pattern."""
+    allowed = f"one or a list of up to {MOST_LEVELS}, 0 or more, in the unit of the pattern"
+    metadata = {"key": key, "unit": None, "allowed": allowed, "about": about}
+    return attrs.field(default=0.0, metadata=metadata)
+
+
 @attrs.frozen
 class Drive:
     """Levels of the direct and the parametric drive, and what they act on.
@@ -34,14 +41,31 @@ class Drive:
     Raises SceneError for levels, units or keys that do not fit the patterns.
     """
 
-    direct: tuple[float, ...] = attrs.field(default=0.0, metadata={"key": "direct", "unit": None})
-    parametric: tuple[float, ...] = attrs.field(
-        default=0.0, metadata={"key": "parametric", "unit": None}
+    direct: tuple[float, ...] = _drive("direct", "amplitude of the direct drive, level by level")
+    parametric: tuple[float, ...] = _drive(
+        "parametric", "amplitude of the parametric drive, level by level"
     )
-    direct_pattern: str = v.choice("drive.direct_pattern", DIRECT, default="pressure")
-    parametric_pattern: str = v.choice("drive.parametric_pattern", PARAMETRIC, default="tension")
-    position: tuple[float, ...] | None = v.quantities("drive.position", "m", v.ANY, default=None)
-    radius: float | None = v.quantity("drive.radius", "m", default=None)
+    direct_pattern: str = v.choice(
+        "drive.direct_pattern",
+        DIRECT,
+        default="pressure",
+        about="what the direct levels are the amplitude of",
+    )
+    parametric_pattern: str = v.choice(
+        "drive.parametric_pattern",
+        PARAMETRIC,
+        default="tension",
+        about="what the parametric levels are the amplitude of",
+    )
+    position: tuple[float, ...] | None = v.quantities(
+        "drive.position", "m", v.ANY, default=None, about="x and y of a spot's centre or of a point"
+    )
+    radius: float | None = v.quantity(
+        "drive.radius",
+        "m",
+        default=None,
+        about="of a spot, where its intensity is 1/e^2 of the centre's",
+    )
 
     def __attrs_post_init__(self) -> None:
         for name, unit in zip(("direct", "parametric"), self.units):

@@ -30,8 +30,16 @@ class Damping:
     it damps bending beside the quality factor, and stretching, which is nonlinear damping.
     """
 
-    quality_factor: tuple[float, ...] = v.quantities("damping.quality_factor", "1")
-    material_time: float = v.quantity("damping.material_time", "s", v.NOT_NEGATIVE, default=0.0)
+    quality_factor: tuple[float, ...] = v.quantities(
+        "damping.quality_factor", "1", about="quality factor, one for all modes or one per mode"
+    )
+    material_time: float = v.quantity(
+        "damping.material_time",
+        "s",
+        v.NOT_NEGATIVE,
+        default=0.0,
+        about="relaxation time of a viscous material, stress C:(1 + tau d/dt)E",
+    )
 
     def per_mode(self, count: int) -> tuple[float, ...]:
         """One quality factor for each mode; raises SceneError if the list has another length."""
@@ -63,7 +71,7 @@ class Frequency:
         return f"{self.value!r} f1" if self.relative else f"{self.value!r} Hz"
 
 
-def _frequency(key: str, default: Any = attrs.NOTHING) -> Any:
+def _frequency(key: str, about: str) -> Any:
     def read(value: Any) -> Frequency:
         if isinstance(value, Frequency):
             return value
@@ -74,7 +82,7 @@ def _frequency(key: str, default: Any = attrs.NOTHING) -> Any:
             raise units.wrong(key, value, 'a multiple of the lowest frequency such as "0.8 f1"')
         return Frequency(v.read_quantity(value, "Hz", key, v.POSITIVE))
 
-    return v.custom(key, read)
+    return v.custom(key, read, 'greater than 0, in Hz or as "0.8 f1"', about=about)
 
 
 @attrs.frozen
@@ -85,10 +93,18 @@ class Sweep:
     depth: generations of bifurcating branches to follow; tolerance: relative, of the orbits.
     """
 
-    start: Frequency = _frequency("sweep.from")
-    stop: Frequency = _frequency("sweep.to")
-    depth: int | None = v.integer("sweep.depth", 0, DEEPEST, default=None)
-    tolerance: float | None = v.quantity("sweep.tolerance", "1", v.within(1e-14, 0.1), default=None)
+    start: Frequency = _frequency("sweep.from", "lowest drive frequency")
+    stop: Frequency = _frequency("sweep.to", "highest drive frequency")
+    depth: int | None = v.integer(
+        "sweep.depth",
+        0,
+        DEEPEST,
+        default=None,
+        about="generations of bifurcating branches that are followed",
+    )
+    tolerance: float | None = v.quantity(
+        "sweep.tolerance", "1", v.within(1e-14, 0.1), default=None, about="relative, of the orbits"
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.start.relative == self.stop.relative and self.start.value >= self.stop.value:

@@ -81,37 +81,47 @@ def did_you_mean(found: Any, allowed: Iterable[str]) -> str:
 
 
 def quantity(key: str, unit: str, limit: Limit = POSITIVE, **options: Any) -> Any:
-    """Field: a quantity, stored in SI. With a default of None it may be left out."""
-    return _field(key, options, lambda v: read_quantity(v, unit, key, limit), unit=unit)
+    """Field: a quantity, stored in SI. With a default of None it may be left out.
+
+    This and the other kinds of field take ``about``, what the key means, for the reference.
+    """
+    return _field(key, options, lambda v: read_quantity(v, unit, key, limit), unit, limit[0])
 
 
 def quantities(key: str, unit: str, limit: Limit = POSITIVE, **options: Any) -> Any:
     """Field: a tuple of quantities, from one or from a list."""
-    return _field(key, options, lambda v: read_quantities(v, unit, key, limit), unit=unit)
+    allowed = f"one or a list, {limit[0]}"
+    return _field(key, options, lambda v: read_quantities(v, unit, key, limit), unit, allowed)
 
 
 def integer(key: str, low: int, high: int, **options: Any) -> Any:
     """Field: an integer from low to high."""
-    return _field(key, options, lambda v: read_integer(v, key, low, high))
+    return _field(key, options, lambda v: read_integer(v, key, low, high), None, f"{low} to {high}")
 
 
 def choice(key: str, allowed: Iterable[str], **options: Any) -> Any:
     """Field: one word of several."""
-    return _field(key, options, lambda v: read_choice(v, key, allowed))
+    return _field(key, options, lambda v: read_choice(v, key, allowed), None, " | ".join(allowed))
 
 
-def custom(key: str, read: Callable[[Any], Any], **options: Any) -> Any:
+def custom(key: str, read: Callable[[Any], Any], allowed: str = "", **options: Any) -> Any:
     """Field with its own reader."""
-    return _field(key, options, read)
+    return _field(key, options, read, None, allowed)
 
 
 def _field(
-    key: str, options: dict[str, Any], read: Callable[[Any], Any], unit: str | None = None
+    key: str, options: dict[str, Any], read: Callable[[Any], Any], unit: str | None, allowed: str
 ) -> Any:
+    about = options.pop("about", "")
     optional = options.get("default", attrs.NOTHING) is None
     return attrs.field(
         converter=attrs.converters.optional(read) if optional else read,
-        metadata={"key": key.rpartition(".")[2], "unit": unit},
+        metadata={
+            "key": key.rpartition(".")[2],
+            "unit": unit,
+            "allowed": allowed,
+            "about": about,
+        },
         **options,
     )
 

@@ -34,26 +34,42 @@ class Plate:
     and height z in m of the film before tension and load act, on any points.
     """
 
-    thickness: float = v.quantity("plate.thickness", "m")
-    model: str = v.choice("plate.model", MODELS, default="auto")
-    initial_shape: Path | None = v.custom("plate.initial_shape", _shape_file, default=None)
+    thickness: float = v.quantity("plate.thickness", "m", about="thickness h")
+    model: str = v.choice(
+        "plate.model",
+        MODELS,
+        default="auto",
+        about="without bending, Kirchhoff's, of any rotations, or in one dimension; auto takes one "
+        "of the first two",
+    )
+    initial_shape: Path | None = v.custom(
+        "plate.initial_shape",
+        _shape_file,
+        default=None,
+        allowed="a file",
+        about="table of x, y and height z in m of a film that is not flat",
+    )
 
 
 @attrs.frozen
 class Material:
     """Isotropic linear elastic material: youngs_modulus in Pa, poisson_ratio, density in kg/m^3."""
 
-    youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa")
-    poisson_ratio: float = v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5))
-    density: float = v.quantity("material.density", "kg/m^3")
+    youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa", about="Young's modulus E")
+    poisson_ratio: float = v.quantity(
+        "material.poisson_ratio", "1", v.within(-1, 0.5), about="Poisson's ratio"
+    )
+    density: float = v.quantity("material.density", "kg/m^3", about="density")
 
 
 @attrs.frozen
 class Tension:
     """Film tension along x and y in N/m; negative is compression."""
 
-    x: float = v.quantity("tension.x", "N/m", v.ANY)
-    y: float = v.quantity("tension.y", "N/m", v.ANY)
+    x: float = v.quantity(
+        "tension.x", "N/m", v.ANY, about="tension along x; negative is compression"
+    )
+    y: float = v.quantity("tension.y", "N/m", v.ANY, about="tension along y")
 
     @classmethod
     def isotropic(cls, value: Any) -> Tension:

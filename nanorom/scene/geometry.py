@@ -19,7 +19,7 @@ class Disc:
 
     shape: ClassVar[str] = "disc"
     sides: ClassVar[tuple[str, ...]] = ("edge",)
-    radius: float = v.quantity("geometry.radius", "m")
+    radius: float = v.quantity("geometry.radius", "m", about="of the disc")
 
 
 @attrs.frozen
@@ -28,8 +28,10 @@ class Rectangle:
 
     shape: ClassVar[str] = "rectangle"
     sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
-    length: float = v.quantity("geometry.length", "m")
-    width: float = v.quantity("geometry.width", "m")
+    length: float = v.quantity("geometry.length", "m", about="along x")
+    width: float = v.quantity(
+        "geometry.width", "m", about="along y; of a string at most its length"
+    )
 
 
 @attrs.frozen
@@ -68,8 +70,13 @@ class MeshFile:
 
     shape: ClassVar[str] = "mesh"
     sides: ClassVar[tuple[str, ...]] = ()
-    file: Path = v.custom("geometry.file", _mesh_path)
-    scale: float = v.quantity("geometry.scale", "m", default=1.0)
+    file: Path = v.custom(
+        "geometry.file",
+        _mesh_path,
+        allowed="a .msh or .geo file",
+        about="the film, its supports named by physical curves",
+    )
+    scale: float = v.quantity("geometry.scale", "m", default=1.0, about="the file's unit of length")
 
     def __attrs_post_init__(self) -> None:
         if not self.file.is_file():

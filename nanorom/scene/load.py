@@ -31,14 +31,38 @@ class Load:
     -E alpha dT/(1 - nu) with alpha the expansion of the film relative to its frame's.
     """
 
-    pressure: float | None = v.quantity("load.pressure", "Pa", v.ANY, default=None)
-    voltage: float | None = v.quantity("load.voltage", "V", v.ANY, default=None)
-    gap: float | None = v.quantity("load.gap", "m", default=None)
-    force: float | None = v.quantity("load.force", "N", v.ANY, default=None)
-    position: tuple[float, float] = v.custom("load.position", _position, default=(0.0, 0.0))
-    radius: float = v.quantity("load.radius", "m", v.NOT_NEGATIVE, default=0.0)
+    pressure: float | None = v.quantity(
+        "load.pressure", "Pa", v.ANY, default=None, about="uniform pressure"
+    )
+    voltage: float | None = v.quantity(
+        "load.voltage", "V", v.ANY, default=None, about="of a plane gate"
+    )
+    gap: float | None = v.quantity(
+        "load.gap", "m", default=None, about="of the gate from the flat film"
+    )
+    force: float | None = v.quantity("load.force", "N", v.ANY, default=None, about="a force")
+    position: tuple[float, float] = v.custom(
+        "load.position",
+        _position,
+        default=(0.0, 0.0),
+        allowed="a list of two lengths",
+        about="x and y of the force in m",
+    )
+    radius: float = v.quantity(
+        "load.radius",
+        "m",
+        v.NOT_NEGATIVE,
+        default=0.0,
+        about="of the disc over which the force is spread; 0: a point",
+    )
 
-    stress: float | None = v.quantity("load.stress", "Pa", v.ANY, default=None)
+    stress: float | None = v.quantity(
+        "load.stress",
+        "Pa",
+        v.ANY,
+        default=None,
+        about="change of the film's stress, as by temperature",
+    )
 
     def __attrs_post_init__(self) -> None:
         loads = (self.pressure, self.voltage, self.force, self.stress)

@@ -83,8 +83,16 @@ def _mode_numbers(value: Any) -> tuple[int, ...]:
 class Modes:
     """Which modes take part: the lowest ``count``, or ``select`` by 1-based number."""
 
-    count: int | None = v.integer("modes.count", 1, MOST_MODES, default=None)
-    select: tuple[int, ...] | None = v.custom("modes.select", _mode_numbers, default=None)
+    count: int | None = v.integer(
+        "modes.count", 1, MOST_MODES, default=None, about="the lowest so many modes take part"
+    )
+    select: tuple[int, ...] | None = v.custom(
+        "modes.select",
+        _mode_numbers,
+        default=None,
+        allowed="a list of up to 100 mode numbers, each once",
+        about="instead of count: the modes by number, from 1 by frequency",
+    )
 
     def __attrs_post_init__(self) -> None:
         if (self.count is None) == (self.select is None):
@@ -109,10 +117,31 @@ class Reduction:
     amplitude: largest deflection in m of STEP's load cases; None: found.
     """
 
-    method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
-    in_plane: str = v.choice("reduction.in_plane", ("free", "fixed"), default="free")
-    amplitude: float | None = v.quantity("reduction.amplitude", "m", default=None)
-    solver: str = v.choice("reduction.solver", ("auto", "factors", "multigrid"), default="auto")
+    method: str = v.choice(
+        "reduction.method",
+        ("direct", "step", "tangent"),
+        default="direct",
+        about="how tensors are found: by linear in-plane problems, nonlinear static load cases or "
+        "tangent stiffnesses",
+    )
+    in_plane: str = v.choice(
+        "reduction.in_plane",
+        ("free", "fixed"),
+        default="free",
+        about="whether the film may move in its plane",
+    )
+    amplitude: float | None = v.quantity(
+        "reduction.amplitude",
+        "m",
+        default=None,
+        about="largest deflection of STEP's load cases; found by itself if left out",
+    )
+    solver: str = v.choice(
+        "reduction.solver",
+        ("auto", "factors", "multigrid"),
+        default="auto",
+        about="factors are fast, multigrid takes less memory; auto goes by size",
+    )
 
 
 @attrs.frozen
@@ -123,10 +152,26 @@ class Accuracy:
     """
 
     tolerance: float | None = v.quantity(
-        "accuracy.tolerance", "1", v.within(1e-14, 1), default=None
+        "accuracy.tolerance",
+        "1",
+        v.within(1e-14, 1),
+        default=None,
+        about="relative, of frequencies and tensors; the mesh is made to meet it; 1e-6 unless "
+        "degree and mesh_size are given",
     )
-    degree: int | None = v.integer("accuracy.degree", 1, HIGHEST_DEGREE, default=None)
-    mesh_size: float | None = v.quantity("accuracy.mesh_size", "m", default=None)
+    degree: int | None = v.integer(
+        "accuracy.degree",
+        1,
+        HIGHEST_DEGREE,
+        default=None,
+        about="instead of tolerance, beside mesh_size: degree of the elements",
+    )
+    mesh_size: float | None = v.quantity(
+        "accuracy.mesh_size",
+        "m",
+        default=None,
+        about="instead of tolerance, beside degree: length of a cell's sides",
+    )
 
     def __attrs_post_init__(self) -> None:
         by_hand = [n for n in ("degree", "mesh_size") if getattr(self, n) is not None]

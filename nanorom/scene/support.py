@@ -23,8 +23,20 @@ class Spring:
     rotational : in N (moment per length and angle), 0: free to rotate.
     """
 
-    spring: float | None = v.quantity("support.spring", "N/m^2", default=None)
-    rotational: float = v.quantity("support.rotational", "N", v.NOT_NEGATIVE, default=0.0)
+    spring: float | None = v.quantity(
+        "support.spring",
+        "N/m^2",
+        default=None,
+        about="stiffness against deflection per length of the edge; without it the edge cannot "
+        "deflect",
+    )
+    rotational: float = v.quantity(
+        "support.rotational",
+        "N",
+        v.NOT_NEGATIVE,
+        default=0.0,
+        about="stiffness against turning per length of the edge",
+    )
 
 
 Kind = str | Spring
@@ -62,7 +74,14 @@ class Support:
     Sides that a table does not name get its ``default``, and are free without one.
     """
 
-    edge: Kind | Mapping[str, Kind] = v.custom("support.edge", _sides, default="clamped")
+    edge: Kind | Mapping[str, Kind] = v.custom(
+        "support.edge",
+        _sides,
+        default="clamped",
+        allowed="clamped | simply_supported | free, a table of springs, or a table of sides",
+        about="how the edge is held: one kind all around, or a table of kinds by side or physical "
+        "curve, with a `default` for the rest",
+    )
 
     @property
     def default(self) -> Kind:
