@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import ClassVar
 
@@ -84,13 +85,10 @@ class Response:
             # a run that was interrupted says what it is the beginning of
             if len(done) < total and KEY not in file.attrs or not done:
                 raise FileError(f"level/{min(set(range(total)) - set(done))}: missing")
-            drive, size = response.drive, len(response.frequency)
-            groups = [hdf5.group(file, f"level/{number}") for number in done]
-            return attrs.evolve(
-                response,
-                diagrams=tuple(diagram_file.read_diagram(group, size) for group in groups),
-                drive=drive if len(done) == total else _some_levels(drive, done),
-                unfinished=total - len(done),
+            size = len(response.frequency)
+            groups = {number: hdf5.group(file, f"level/{number}") for number in done}
+            return with_levels(
+                response, {n: diagram_file.read_diagram(g, size) for n, g in groups.items()}
             )
 
 
@@ -117,6 +115,15 @@ def _read_head(file: h5py.File) -> tuple[Response, int]:
     return response, len(excitation.drive.levels)
 
 
-def _some_levels(drive: Drive, numbers: list[int]) -> Drive:
-    direct, parametric = zip(*(drive.levels[number] for number in numbers))
-    return attrs.evolve(drive, direct=direct, parametric=parametric)
+def with_levels(response: Response, diagrams: Mapping[int, Diagram]) -> Response:
+    """A response of all levels, with the diagrams of some of them (by number, from 0) alone."""
+    drive, done = response.drive, sorted(diagrams)
+    if len(done) < len(drive.levels):
+        direct, parametric = zip(*(drive.levels[number] for number in done))
+        drive = attrs.evolve(drive, direct=direct, parametric=parametric)
+    return attrs.evolve(
+        response,
+        diagrams=tuple(diagrams[number] for number in done),
+        drive=drive,
+        unfinished=len(response.drive.levels) - len(done),
+    )

@@ -11,7 +11,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
 import numpy as np
@@ -30,6 +30,7 @@ from nanorom.rom.arrays import (
     as_optional,
     as_tensor,
 )
+from nanorom.rom.coefficients import Coefficient, Coefficients, place
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
@@ -45,14 +46,6 @@ ASYMMETRIC = 1e-6  # a stiffness, mass or damping matrix beyond this is a mistak
 NORMALIZATION = "max"  # of the mode shapes: max |phi| = 1
 MORE_THAN_REPORTED = 2.0  # a file may measure its asymmetry in another norm
 ROUND_OFF = 1e-9
-
-
-class Coefficient(NamedTuple):
-    """One coefficient of the paper: b_jkl of equation r, indices 1-based within the model."""
-
-    equation: int
-    indices: tuple[int, ...]
-    value: float
 
 
 @layout.documented
@@ -229,22 +222,22 @@ class ReducedModel:
     def _products(self, q: Array) -> Array:
         return (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], self.size**2)
 
-    def alpha(self, r: int) -> dict[tuple[int, int], float]:
-        """The paper's alpha_jk of equation r in N/m^2, keys (j, k) with j <= k, 1-based."""
+    def alpha(self, r: int | str) -> Coefficients:
+        """The paper's alpha_jk of equation r in N/m^2 by (j, k), all 1-based or names of modes.
+
+        Raises ModelError for a mode that the model lacks.
+        """
         return self._paper(self.quadratic, r)
 
-    def b(self, r: int) -> dict[tuple[int, int, int], float]:
-        """The paper's b_jkl of equation r in N/m^3, keys (j, k, l) with j <= k <= l, 1-based."""
+    def b(self, r: int | str) -> Coefficients:
+        """The paper's b_jkl of equation r in N/m^3 by (j, k, l), all 1-based or names of modes.
+
+        Raises ModelError for a mode that the model lacks.
+        """
         return self._paper(self.cubic, r)
 
-    def _paper(self, tensor: Array, r: int) -> dict[Any, float]:
-        if not 1 <= r <= self.size:
-            raise ModelError(f"equation: found {r}; allowed: 1 to {self.size}")
-        force = tensor[r - 1]
-        return {
-            tuple(i + 1 for i in indices): orders * float(force[indices])
-            for indices, orders in tensors.monomials(self.size, force.ndim)
-        }
+    def _paper(self, tensor: Array, r: int | str) -> Coefficients:
+        return Coefficients(tensor[place(self.label, r, "equation") - 1], self.label)
 
     def coefficients(self) -> Iterator[Coefficient]:
         """Every alpha_jk, then every b_jkl, equation by equation."""

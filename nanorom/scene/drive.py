@@ -13,6 +13,7 @@ from nanorom.scene.patterns.pattern import DirectPattern
 from nanorom.scene.units import wrong
 
 MOST_LEVELS = 100
+LEVELS = f"one or a list of up to {MOST_LEVELS}, 0 or more, in the unit of the pattern"
 
 
 def _levels(value: Any, unit: str, key: str) -> tuple[float, ...]:
@@ -22,14 +23,12 @@ def _levels(value: Any, unit: str, key: str) -> tuple[float, ...]:
     return levels
 
 
-def _drive(key: str, about: str) -> Any:
-    """Field of levels, read later: their unit is that of the pattern."""
-    allowed = f"one or a list of up to {MOST_LEVELS}, 0 or more, in the unit of the pattern"
-    metadata = {"key": key, "unit": None, "allowed": allowed, "about": about}
-    return attrs.field(default=0.0, metadata=metadata)
+def _as_given(value: Any) -> Any:
+    """Levels are read when the unit of their pattern is known."""
+    return value
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Drive:
     """Levels of the direct and the parametric drive, and what they act on.
 
@@ -41,30 +40,53 @@ class Drive:
     Raises SceneError for levels, units or keys that do not fit the patterns.
     """
 
-    direct: tuple[float, ...] = _drive("direct", "amplitude of the direct drive, level by level")
-    parametric: tuple[float, ...] = _drive(
-        "parametric", "amplitude of the parametric drive, level by level"
+    direct: tuple[float, ...] = attrs.field(
+        default=0.0,
+        converter=v.as_quantities,
+        metadata=v.custom(
+            "drive.direct",
+            _as_given,
+            allowed=LEVELS,
+            about="amplitude of the direct drive, level by level",
+        ),
     )
-    direct_pattern: str = v.choice(
-        "drive.direct_pattern",
-        DIRECT,
+    parametric: tuple[float, ...] = attrs.field(
+        default=0.0,
+        converter=v.as_quantities,
+        metadata=v.custom(
+            "drive.parametric",
+            _as_given,
+            allowed=LEVELS,
+            about="amplitude of the parametric drive, level by level",
+        ),
+    )
+    direct_pattern: str = attrs.field(
         default="pressure",
-        about="what the direct levels are the amplitude of",
+        metadata=v.choice(
+            "drive.direct_pattern", DIRECT, about="what the direct levels are the amplitude of"
+        ),
     )
-    parametric_pattern: str = v.choice(
-        "drive.parametric_pattern",
-        PARAMETRIC,
+    parametric_pattern: str = attrs.field(
         default="tension",
-        about="what the parametric levels are the amplitude of",
+        metadata=v.choice(
+            "drive.parametric_pattern",
+            PARAMETRIC,
+            about="what the parametric levels are the amplitude of",
+        ),
     )
-    position: tuple[float, ...] | None = v.quantities(
-        "drive.position", "m", v.ANY, default=None, about="x and y of a spot's centre or of a point"
-    )
-    radius: float | None = v.quantity(
-        "drive.radius",
-        "m",
+    position: tuple[float, ...] | None = attrs.field(
         default=None,
-        about="of a spot, where its intensity is 1/e^2 of the centre's",
+        converter=v.as_optional_quantities,
+        metadata=v.quantities(
+            "drive.position", "m", v.ANY, about="x and y of a spot's centre or of a point"
+        ),
+    )
+    radius: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity(
+            "drive.radius", "m", about="of a spot, where its intensity is 1/e^2 of the centre's"
+        ),
     )
 
     def __attrs_post_init__(self) -> None:

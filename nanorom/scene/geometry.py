@@ -13,28 +13,33 @@ from nanorom.scene import fields as v
 from nanorom.scene import units
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Disc:
     """Circular film of a radius in m; its boundary is "edge"."""
 
     shape: ClassVar[str] = "disc"
     sides: ClassVar[tuple[str, ...]] = ("edge",)
-    radius: float = v.quantity("geometry.radius", "m", about="of the disc")
+    radius: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("geometry.radius", "m", about="of the disc")
+    )
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Rectangle:
     """Rectangular film, length along x and width along y, in m."""
 
     shape: ClassVar[str] = "rectangle"
     sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
-    length: float = v.quantity("geometry.length", "m", about="along x")
-    width: float = v.quantity(
-        "geometry.width", "m", about="along y; of a string at most its length"
+    length: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("geometry.length", "m", about="along x")
+    )
+    width: float = attrs.field(
+        converter=v.as_quantity,
+        metadata=v.quantity("geometry.width", "m", about="along y; of a string at most its length"),
     )
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class String(Rectangle):
     """Narrow rectangle of length and width in m, length the larger.
 
@@ -61,7 +66,7 @@ def _mesh_path(value: Any) -> Path:
     return path
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class MeshFile:
     """Film meshed by gmsh; its boundaries are the physical curves of the file.
 
@@ -70,13 +75,20 @@ class MeshFile:
 
     shape: ClassVar[str] = "mesh"
     sides: ClassVar[tuple[str, ...]] = ()
-    file: Path = v.custom(
-        "geometry.file",
-        _mesh_path,
-        allowed="a .msh or .geo file",
-        about="the film, its supports named by physical curves",
+    file: Path = attrs.field(
+        converter=v.as_path,
+        metadata=v.custom(
+            "geometry.file",
+            _mesh_path,
+            allowed="a .msh or .geo file",
+            about="the film, its supports named by physical curves",
+        ),
     )
-    scale: float = v.quantity("geometry.scale", "m", default=1.0, about="the file's unit of length")
+    scale: float = attrs.field(
+        default=1.0,
+        converter=v.as_quantity,
+        metadata=v.quantity("geometry.scale", "m", about="the file's unit of length"),
+    )
 
     def __attrs_post_init__(self) -> None:
         if not self.file.is_file():

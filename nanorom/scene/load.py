@@ -20,7 +20,7 @@ def _position(value: Any) -> tuple[float, float]:
     return x, y
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Load:
     """Loads that act together; all but the gate are dead loads, positive towards positive w.
 
@@ -31,37 +31,53 @@ class Load:
     -E alpha dT/(1 - nu) with alpha the expansion of the film relative to its frame's.
     """
 
-    pressure: float | None = v.quantity(
-        "load.pressure", "Pa", v.ANY, default=None, about="uniform pressure"
+    pressure: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.pressure", "Pa", v.ANY, about="uniform pressure"),
     )
-    voltage: float | None = v.quantity(
-        "load.voltage", "V", v.ANY, default=None, about="of a plane gate"
+    voltage: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.voltage", "V", v.ANY, about="of a plane gate"),
     )
-    gap: float | None = v.quantity(
-        "load.gap", "m", default=None, about="of the gate from the flat film"
+    gap: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.gap", "m", about="of the gate from the flat film"),
     )
-    force: float | None = v.quantity("load.force", "N", v.ANY, default=None, about="a force")
-    position: tuple[float, float] = v.custom(
-        "load.position",
-        _position,
+    force: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.force", "N", v.ANY, about="a force"),
+    )
+    position: tuple[float, float] = attrs.field(
         default=(0.0, 0.0),
-        allowed="a list of two lengths",
-        about="x and y of the force in m",
+        converter=v.as_quantities,
+        metadata=v.custom(
+            "load.position",
+            _position,
+            allowed="a list of two lengths",
+            about="x and y of the force in m",
+        ),
     )
-    radius: float = v.quantity(
-        "load.radius",
-        "m",
-        v.NOT_NEGATIVE,
+    radius: float = attrs.field(
         default=0.0,
-        about="of the disc over which the force is spread; 0: a point",
+        converter=v.as_quantity,
+        metadata=v.quantity(
+            "load.radius",
+            "m",
+            v.NOT_NEGATIVE,
+            about="of the disc over which the force is spread; 0: a point",
+        ),
     )
 
-    stress: float | None = v.quantity(
-        "load.stress",
-        "Pa",
-        v.ANY,
+    stress: float | None = attrs.field(
         default=None,
-        about="change of the film's stress, as by temperature",
+        converter=v.as_optional_quantity,
+        metadata=v.quantity(
+            "load.stress", "Pa", v.ANY, about="change of the film's stress, as by temperature"
+        ),
     )
 
     def __attrs_post_init__(self) -> None:

@@ -37,6 +37,7 @@ from nanorom.scene.geometry import (
     read_geometry,
 )
 from nanorom.scene.load import Load
+from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
 from nanorom.scene.support import (
     STRING_ENDS,
     Kind,
@@ -45,6 +46,7 @@ from nanorom.scene.support import (
 )
 
 __all__ = [
+    "MOST_MODES",
     "Accuracy",
     "Damping",
     "Disc",
@@ -64,131 +66,9 @@ __all__ = [
     "Tension",
 ]
 
-MOST_MODES = 100  # the cubic tensor has L^4 entries
-HIGHEST_MODE = 1000
-HIGHEST_DEGREE = 8
 
-
-def _mode_numbers(value: Any) -> tuple[int, ...]:
-    if not v.is_list(value) or not 1 <= len(value) <= MOST_MODES:
-        raise units.wrong("modes.select", value, f"a list of 1 to {MOST_MODES} mode numbers")
-    numbers = [v.read_integer(n, "modes.select", 1, HIGHEST_MODE) for n in value]
-    if len(set(numbers)) < len(numbers):
-        twice = next(n for n in numbers if numbers.count(n) > 1)
-        raise SceneError(f"modes.select: mode {twice} appears twice; allowed: each mode once")
-    return tuple(sorted(numbers))
-
-
-@attrs.frozen
-class Modes:
-    """Which modes take part: the lowest ``count``, or ``select`` by 1-based number."""
-
-    count: int | None = v.integer(
-        "modes.count", 1, MOST_MODES, default=None, about="the lowest so many modes take part"
-    )
-    select: tuple[int, ...] | None = v.custom(
-        "modes.select",
-        _mode_numbers,
-        default=None,
-        allowed="a list of up to 100 mode numbers, each once",
-        about="instead of count: the modes by number, from 1 by frequency",
-    )
-
-    def __attrs_post_init__(self) -> None:
-        if (self.count is None) == (self.select is None):
-            found = "no key" if self.count is None else "count and select"
-            raise SceneError(f"modes: found {found}; allowed: either count or select")
-
-    @property
-    def numbers(self) -> tuple[int, ...]:
-        """1-based numbers by frequency of the modes that take part."""
-        return self.select if self.count is None else tuple(range(1, self.count + 1))  # type: ignore[return-value]
-
-    @property
-    def highest(self) -> int:
-        """How many modes must be computed to have them all."""
-        return self.numbers[-1]
-
-
-@attrs.frozen
-class Reduction:
-    """How the tensors are found, and whether the film may move in its plane while it deflects.
-
-    amplitude: largest deflection in m of STEP's load cases; None: found.
-    """
-
-    method: str = v.choice(
-        "reduction.method",
-        ("direct", "step", "tangent"),
-        default="direct",
-        about="how tensors are found: by linear in-plane problems, nonlinear static load cases or "
-        "tangent stiffnesses",
-    )
-    in_plane: str = v.choice(
-        "reduction.in_plane",
-        ("free", "fixed"),
-        default="free",
-        about="whether the film may move in its plane",
-    )
-    amplitude: float | None = v.quantity(
-        "reduction.amplitude",
-        "m",
-        default=None,
-        about="largest deflection of STEP's load cases; found by itself if left out",
-    )
-    solver: str = v.choice(
-        "reduction.solver",
-        ("auto", "factors", "multigrid"),
-        default="auto",
-        about="factors are fast, multigrid takes less memory; auto goes by size",
-    )
-
-
-@attrs.frozen
-class Accuracy:
-    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
-
-    tolerance: relative, of frequencies and tensors; mesh_size: in m.
-    """
-
-    tolerance: float | None = v.quantity(
-        "accuracy.tolerance",
-        "1",
-        v.within(1e-14, 1),
-        default=None,
-        about="relative, of frequencies and tensors; the mesh is made to meet it; 1e-6 unless "
-        "degree and mesh_size are given",
-    )
-    degree: int | None = v.integer(
-        "accuracy.degree",
-        1,
-        HIGHEST_DEGREE,
-        default=None,
-        about="instead of tolerance, beside mesh_size: degree of the elements",
-    )
-    mesh_size: float | None = v.quantity(
-        "accuracy.mesh_size",
-        "m",
-        default=None,
-        about="instead of tolerance, beside degree: length of a cell's sides",
-    )
-
-    def __attrs_post_init__(self) -> None:
-        by_hand = [n for n in ("degree", "mesh_size") if getattr(self, n) is not None]
-        if self.tolerance is not None and by_hand:
-            raise SceneError(
-                f"accuracy.{by_hand[0]}: found beside tolerance; "
-                "allowed: either tolerance, or degree and mesh_size"
-            )
-        if len(by_hand) == 1:
-            other = "mesh_size" if by_hand == ["degree"] else "degree"
-            raise SceneError(f"accuracy.{other}: missing; {by_hand[0]} needs it beside it")
-        if self.tolerance is None and not by_hand:
-            object.__setattr__(self, "tolerance", 1e-6)
-
-
-def _section(key: str, kind: Any, **options: Any) -> Any:
-    """Field of a scene that holds one section."""
+def _section(key: str, kind: Any) -> dict[str, Any]:
+    """Metadata of a field of a scene that holds one section."""
 
     def check(value: Any) -> Any:
         if not isinstance(value, kind):
@@ -196,26 +76,37 @@ def _section(key: str, kind: Any, **options: Any) -> Any:
             raise units.wrong(key, value, f"an object of class {name}")
         return value
 
-    optional = options.get("default", attrs.NOTHING) is None
-    return attrs.field(converter=attrs.converters.optional(check) if optional else check, **options)
+    return {v.READER: check}
 
 
-@attrs.frozen(kw_only=True)
-class Scene:
+class _Loaded(type):
+    """`Scene.load(path)` reads a file, although ``load`` of a scene is its section [load]."""
+
+    @property
+    def load(cls) -> Any:
+        return cls.from_file  # type: ignore[attr-defined]
+
+
+@attrs.frozen(kw_only=True, field_transformer=v.readers)
+class Scene(metaclass=_Loaded):
     """Everything that is known and asked about one device; valid by construction."""
 
-    geometry: Geometry = _section("geometry", (Disc, Rectangle, String, MeshFile))
-    plate: Plate = _section("plate", Plate)
-    material: Material = _section("material", Material)
-    tension: Tension = _section("tension", Tension, default=Tension(0.0, 0.0))
-    support: Support = _section("support", Support)
-    modes: Modes = _section("modes", Modes)
-    reduction: Reduction = _section("reduction", Reduction, default=Reduction())
-    accuracy: Accuracy = _section("accuracy", Accuracy, default=Accuracy())
-    load: Load | None = _section("load", Load, default=None)
-    damping: Damping | None = _section("damping", Damping, default=None)
-    drive: Drive | None = _section("drive", Drive, default=None)
-    sweep: Sweep | None = _section("sweep", Sweep, default=None)
+    geometry: Geometry = attrs.field(
+        metadata=_section("geometry", (Disc, Rectangle, String, MeshFile))
+    )
+    plate: Plate = attrs.field(metadata=_section("plate", Plate))
+    material: Material = attrs.field(metadata=_section("material", Material))
+    tension: Tension = attrs.field(default=Tension(0.0, 0.0), metadata=_section("tension", Tension))
+    support: Support = attrs.field(metadata=_section("support", Support))
+    modes: Modes = attrs.field(metadata=_section("modes", Modes))
+    reduction: Reduction = attrs.field(
+        default=Reduction(), metadata=_section("reduction", Reduction)
+    )
+    accuracy: Accuracy = attrs.field(default=Accuracy(), metadata=_section("accuracy", Accuracy))
+    load: Load | None = attrs.field(default=None, metadata=_section("load", Load))
+    damping: Damping | None = attrs.field(default=None, metadata=_section("damping", Damping))
+    drive: Drive | None = attrs.field(default=None, metadata=_section("drive", Drive))
+    sweep: Sweep | None = attrs.field(default=None, metadata=_section("sweep", Sweep))
 
     @support.default
     def _usual_support(self) -> Support:
@@ -287,6 +178,11 @@ class Scene:
             raise SceneError(f"{path}: {error}") from None
 
     @classmethod
+    def of(cls, scene: Scene | str | Path) -> Scene:
+        """A scene as it is, or read from the file of a name; raises SceneError."""
+        return scene if isinstance(scene, Scene) else cls.from_file(scene)
+
+    @classmethod
     def from_toml(cls, text: str, directory: str | Path = ".") -> Scene:
         """Read a scene from TOML text; mesh files are looked up in the directory."""
         return cls.from_dict(v.parse_toml(text), directory)
@@ -315,6 +211,8 @@ class Scene:
             elif name == "tension":
                 plate = v.from_table(Plate, "plate", document["plate"])
                 given[name] = Tension.from_table(table, plate)
+            elif name == "support":
+                given[name] = Support.from_table(table)
             else:
                 given[name] = v.from_table(_CLASSES[name], name, table)
         return cls(**given)
@@ -361,7 +259,6 @@ class Scene:
 _CLASSES: dict[str, Any] = {
     "plate": Plate,
     "material": Material,
-    "support": Support,
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,

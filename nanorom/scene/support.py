@@ -15,7 +15,7 @@ KINDS = ("clamped", "simply_supported", "free")
 SPRING_KEYS = {"spring", "rotational"}
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Spring:
     """An edge that cannot move in the plane and is held elastically out of it.
 
@@ -23,19 +23,25 @@ class Spring:
     rotational : in N (moment per length and angle), 0: free to rotate.
     """
 
-    spring: float | None = v.quantity(
-        "support.spring",
-        "N/m^2",
+    spring: float | None = attrs.field(
         default=None,
-        about="stiffness against deflection per length of the edge; without it the edge cannot "
-        "deflect",
+        converter=v.as_optional_quantity,
+        metadata=v.quantity(
+            "support.spring",
+            "N/m^2",
+            about="stiffness against deflection per length of the edge; without it the "
+            "edge cannot deflect",
+        ),
     )
-    rotational: float = v.quantity(
-        "support.rotational",
-        "N",
-        v.NOT_NEGATIVE,
+    rotational: float = attrs.field(
         default=0.0,
-        about="stiffness against turning per length of the edge",
+        converter=v.as_quantity,
+        metadata=v.quantity(
+            "support.rotational",
+            "N",
+            v.NOT_NEGATIVE,
+            about="stiffness against turning per length of the edge",
+        ),
     )
 
 
@@ -66,7 +72,7 @@ def _sides(value: Any) -> Kind | dict[str, Kind]:
     return sides
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Support:
     """How the film is held: one kind all around, or a table of kinds by side or tagged boundary.
 
@@ -74,14 +80,25 @@ class Support:
     Sides that a table does not name get its ``default``, and are free without one.
     """
 
-    edge: Kind | Mapping[str, Kind] = v.custom(
-        "support.edge",
-        _sides,
+    edge: Kind | Mapping[str, Kind] = attrs.field(
         default="clamped",
-        allowed="clamped | simply_supported | free, a table of springs, or a table of sides",
-        about="how the edge is held: one kind all around, or a table of kinds by side or physical "
-        "curve, with a `default` for the rest",
+        metadata=v.custom(
+            "support.edge",
+            _sides,
+            allowed="clamped | simply_supported | free, a table of springs, or a table of sides",
+            about="how the edge is held: one kind all around, or a table of kinds by side"
+            " or physical curve, with a `default` for the rest",
+        ),
     )
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any]) -> Support:
+        """Read [support]; raises SceneError, with what to write for a side beside ``edge``."""
+        beside = [key for key in table if key != "edge"]
+        if not beside:
+            return v.from_table(cls, "support", table)
+        key = v.did_you_mean(beside[0], ["edge"]) or f"; write edge = {{ {beside[0]} = ... }}"
+        raise SceneError(f"support.{beside[0]}: unknown key{key}; allowed: edge")
 
     @property
     def default(self) -> Kind:

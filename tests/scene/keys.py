@@ -14,7 +14,7 @@ from nanorom.scene.film import Material, Plate, Tension
 from nanorom.scene.geometry import SHAPES
 from nanorom.scene.load import Load
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
-from nanorom.scene.scene import Accuracy, Modes, Reduction
+from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.support import Spring, Support
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
@@ -45,6 +45,8 @@ def default(field) -> str:
         return "needed"
     if field.default is None:
         return ""
+    if isinstance(field.default, attrs.Factory):
+        return "made from others"
     return f"`{str(field.default).removeprefix('(').removesuffix(')')}`"
 
 

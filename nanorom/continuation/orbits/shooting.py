@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import factorial
 
 import numpy as np
 from scipy.sparse import block_diag, eye, kron
@@ -91,7 +92,7 @@ class TaylorStepper:
         friction = np.zeros((n, order - 1, size, size)) if self.has_loss else None
         parametric, stiffness = system.parametric.T, system.stiffness.T
         for k in range(order - 1):
-            factor = (omega * duration) ** k / float(_factorial(k))
+            factor = (omega * duration) ** k / float(factorial(k))
             drive = factor * np.cos(phase + k * np.pi / 2)
             squares = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
             squares = squares.reshape(n, -1)
@@ -242,5 +243,3 @@ def _cyclic_solve(maps: Array, gaps: Array) -> Array:
     return np.asarray(splu(matrix).solve(-gaps.ravel()).reshape(count, size))
 
 
-def _factorial(k: int) -> int:
-    return 1 if k < 2 else k * _factorial(k - 1)

@@ -12,8 +12,8 @@ from nanorom.types import Array, Numbers
 FIRST_SAMPLES, MOST_SAMPLES = 32, 1024  # of a period of the drive
 TAIL = 1e-11  # of the first angle's last harmonics, relative to the largest coefficient
 OVERSAMPLING = 4  # of the grid on which the largest excursion is looked for
-CANDIDATES = 6  # places of the grid from which it is made precise
-NEWTON_STEPS = 6
+CANDIDATES = 3  # places of the grid from which it is made precise
+NEWTON_STEPS = 4
 
 
 @attrs.frozen(eq=False)

@@ -18,7 +18,8 @@ from nanorom.types import Array
 Equations = Callable[[float], tuple[ScaledSystem, float]]  # parameter -> equations, drive frequency
 STEP_ANGLE = 1.5  # of the fastest mode within a Taylor step, to begin with
 LAST_TERMS = 1e-14  # of the Taylor series, relative to the state
-DIFFERENCE = 1e-5  # of the parameter: error of the slope about 1e-10
+RATIO = 0.26  # of successive terms of a series of order 24 whose last are LAST_TERMS
+LEAST_ORDER = 8
 
 
 class ReturnMap:
@@ -56,16 +57,14 @@ class ReturnMap:
         assert maps is not None
         return images, maps
 
-    def slope(self, states: Array, parameter: float) -> Array:
-        """Derivative (n, 2L) of the images by the parameter."""
-        step = DIFFERENCE * max(abs(parameter), DIFFERENCE)
-        ahead, behind = self(states, parameter + step), self(states, parameter - step)
-        return np.asarray((ahead - behind) / (2 * step))
-
     def samples(self, states: Array, parameter: float, count: int) -> Array:
         """States (count, n, 2L) at `count` equidistant times of the whole period."""
         stepper, omega = self.at(parameter)
         duration = 2 * np.pi * self.period_multiple / omega / count
+        # shorter steps than those of the map converge with fewer terms
+        shorter = min(1.0, self._steps * self.parts / count)
+        order = int(np.ceil(np.log(LAST_TERMS) / np.log(RATIO * shorter)))
+        stepper = TaylorStepper(stepper.system, max(LEAST_ORDER, min(order, stepper.order)))
         result = [states]
         for i in range(count - 1):
             phase = np.full(len(states), omega * duration * i)
