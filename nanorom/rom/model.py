@@ -36,6 +36,7 @@ from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
 from nanorom.scene.patterns.pattern import ParametricPattern, Proportional
 from nanorom.scene.scene import MOST_MODES
+from nanorom.scene.units import with_unit
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -85,6 +86,17 @@ class ReducedModel:
     )
     cubic: Array = attrs.field(
         converter=as_tensor, metadata=array("L, L, L, L", "N/m^3", "B", symmetry=POTENTIAL)
+    )
+    outside_cubic: Array | None = attrs.field(
+        converter=as_optional,
+        default=None,
+        metadata=array(
+            "L, L, L, L",
+            "N/m^3",
+            "what the static response of everything outside the modes adds to B",
+            symmetry=POTENTIAL,
+            path="outside/cubic",
+        ),
     )
     drive: dict[str, Array] = attrs.field(
         converter=as_arrays,
@@ -158,10 +170,13 @@ class ReducedModel:
                 raise ModelError(f"{path}: the matrix is not symmetric")
 
     def __repr__(self) -> str:
-        low, high = self.frequency[[0, -1]]
+        low, high = (with_unit(float(f), "Hz", 6) for f in self.frequency[[0, -1]])
         modes = ", ".join(f"{n} {name}" for n, name in zip(self.number, self.label))
-        head = f"ReducedModel of {self.size} modes, {low:.6g} to {high:.6g} Hz"
+        head = f"ReducedModel of {self.size} modes, {low} to {high}"
         return "\n".join([head, *textwrap.wrap(f"modes: {modes}", 96), *layout.shown(self)])
+
+    def _repr_html_(self) -> str:
+        return stored.html(self)
 
     @property
     def size(self) -> int:
@@ -247,11 +262,21 @@ class ReducedModel:
                     yield Coefficient(r, indices, value)
 
     def select(self, modes: Sequence[int | str]) -> ReducedModel:
-        """The model of some modes, by number (among all) or by label; raises ModelError."""
+        """The model of some modes, by number (among all) or by label; raises ModelError.
+
+        Where the model knows what lies outside its modes, the others become a part of that.
+        """
         positions = sorted({self._position(mode) for mode in modes})
         if not positions:
             raise ModelError("select: found no mode; give at least one")
-        return attrs.evolve(self, **schema.picked(self, "L", positions))
+        picked = schema.picked(self, "L", positions)
+        if self.outside_cubic is not None:
+            kept = np.array(positions)
+            dropped = np.setdiff1d(np.arange(self.size), kept)
+            pull = self.quadratic[np.ix_(kept, kept, dropped)]
+            compliance = np.linalg.inv(self.stiffness[np.ix_(dropped, dropped)])
+            picked["outside_cubic"] = picked["outside_cubic"] + tensors.condensed(pull, compliance)
+        return attrs.evolve(self, **picked)
 
     def _position(self, mode: int | str) -> int:
         if isinstance(mode, str):
@@ -296,11 +321,17 @@ class ReducedModel:
         return j, _pattern("parametric", self.parametric, parametric)
 
     def system(
-        self, direct: str = "pressure", parametric: str = "tension", damped: bool = True
+        self,
+        direct: str = "pressure",
+        parametric: str = "tension",
+        damped: bool = True,
+        outside: bool = True,
     ) -> ModalSystem:
         """The modal equations with these drive patterns, ready for continuation.
 
         ``damped=False`` lets a model without damping pass: for backbones and exports.
+        ``outside`` says whether what lies outside the modes follows them statically, where the
+        model knows how, or stays at rest.
         """
         from nanorom.continuation import ModalSystem
 
@@ -310,12 +341,18 @@ class ReducedModel:
             damping=self.damping,
             stiffness=self.stiffness,
             quadratic=self.quadratic,
-            cubic=self.cubic,
+            cubic=self.cubic_of(outside),
             direct=j,
             parametric=p,
             cubic_damping=self.cubic_damping,
             damped=damped,
         )
+
+    def cubic_of(self, outside: bool = True) -> Array:
+        """B (L, L, L, L) in N/m^3, with or without what the response outside the modes adds."""
+        if outside and self.outside_cubic is not None:
+            return self.cubic + self.outside_cubic
+        return self.cubic
 
     def save(self, path: str | Path) -> None:
         """Write `rom.h5`, whole or not at all; raises FileError."""

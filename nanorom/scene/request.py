@@ -64,9 +64,11 @@ class Modes:
 
 @attrs.frozen(field_transformer=v.readers)
 class Reduction:
-    """How the tensors are found, and whether the film may move in its plane while it deflects.
+    """How the tensors are found, and what moves while the modes deflect the film.
 
-    amplitude: largest deflection in m of STEP's load cases; None: found.
+    in_plane: the displacement in the plane, free (in equilibrium) or fixed; outside: the rest of
+    the film, static (in equilibrium too) or at rest; amplitude: largest deflection in m of STEP's
+    load cases; None: found.
     """
 
     method: str = attrs.field(
@@ -99,6 +101,14 @@ class Reduction:
             "reduction.solver",
             ("auto", "factors", "multigrid"),
             about="factors are fast, multigrid takes less memory; auto goes by size",
+        ),
+    )
+    outside: str = attrs.field(
+        default="static",
+        metadata=v.choice(
+            "reduction.outside",
+            ("static", "rest"),
+            about="whether the rest of a film that is not flat follows the modes statically",
         ),
     )
 
