@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from nanorom.errors import NanoromError
+from nanorom.errors import FileError, NanoromError
 
 MOST_POINTS = 1000  # of a load curve
 
@@ -133,17 +133,26 @@ def respond_command(options: argparse.Namespace) -> None:
 
 def export_command(options: argparse.Namespace) -> None:
     from nanorom.export import export
+    from nanorom.export.formats import FORMATS
+    from nanorom.results.response import Response
     from nanorom.rom.model import ReducedModel
     from nanorom.scene.excitation import Excitation
 
+    if options.to not in FORMATS:
+        raise FileError(f"--to: found {options.to!r}; allowed: {', '.join(FORMATS)}")
+    target = options.output or options.model.with_suffix(FORMATS[options.to].suffix)
+    _, content = _load(options.model)
+    if isinstance(content, Response):
+        print(export.export_response(content, options.to, target))
+        return
+    if not isinstance(content, ReducedModel):
+        raise FileError(f"{options.model}: export is for a rom.h5 or a response.h5")
     omega: Any = options.omega and [_number(end) for end in options.omega]
-    suffix = {"auto": ".auto", "matlab": ".mat", "csv": ".csv"}[options.to]
-    excitation = None if options.sweep is None else Excitation.from_file(options.sweep)
     written = export.export_model(
-        ReducedModel.load(options.model),
+        content,
         options.to,
-        options.output or options.model.with_suffix(suffix),
-        excitation,
+        target,
+        None if options.sweep is None else Excitation.from_file(options.sweep),
         level=options.level,
         omega=omega,
         direct=_number(options.direct),

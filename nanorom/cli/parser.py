@@ -82,16 +82,21 @@ def _respond(parser: argparse.ArgumentParser) -> None:
 
 
 def _export(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
-    parser.add_argument("--to", required=True, choices=("auto", "matlab", "csv"), help="for whom")
+    parser.add_argument("model", type=Path, metavar="FILE", help="rom.h5 or response.h5")
+    parser.add_argument(
+        "--to",
+        required=True,
+        metavar="FORMAT",
+        help="auto, coco, matlab, csv, poscidyn, verilog-a, vtk; of a response: csv, matlab",
+    )
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="TARGET",
-        help="directory (auto) or file (default: beside ROM)",
+        help="directory (auto, coco) or file (default: beside FILE)",
     )
-    group = parser.add_argument_group("what AUTO follows (default: what the model's scene says)")
+    group = parser.add_argument_group("the drive of a model (default: what its scene says)")
     group.add_argument(
         "--sweep", type=Path, metavar="SWEEP", help="TOML with [drive], [sweep] and [damping]"
     )
@@ -205,7 +210,9 @@ COMMANDS = {
         commands.respond_command, "Follow the frequency response of a reduced model.", _respond
     ),
     "export": Command(
-        commands.export_command, "Hand a reduced model to AUTO-07p, MATLAB or a table.", _export
+        commands.export_command,
+        "Hand a model or a response to other programs or tables.",
+        _export,
     ),
     "identify": Command(
         commands.identify_command, "Find tension and Young's modulus from resonances.", _identify

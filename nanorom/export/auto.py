@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import stat
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nanorom.continuation.system import ModalSystem, symmetrise_cubic, symmetrise_quadratic
+from nanorom.export.folder import write_folder
 from nanorom.types import Array
 
 
@@ -51,18 +48,7 @@ def write_auto(
         "modal.auto": _SCRIPT.format(low=low, high=high),
         "run.sh": _RUN,
     }
-    temporary = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}."))
-    try:
-        for name, contents in files.items():
-            (temporary / name).write_text(contents)
-        script = temporary / "run.sh"
-        script.chmod(script.stat().st_mode | stat.S_IXUSR | stat.S_IXGRP | stat.S_IXOTH)
-        temporary.chmod(0o755)
-        path.mkdir(exist_ok=True)
-        for name in files:
-            os.replace(temporary / name, path / name)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+    write_folder(path, files)
 
 
 def _matrix_rows(matrix: Array) -> list[tuple[tuple[int, int, int, int], float]]:

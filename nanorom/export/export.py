@@ -1,13 +1,7 @@
-"""Modal systems handed to other programs: AUTO-07p, MATLAB (.mat) and plain tables (.csv).
-
-MATLAB and CSV carry the equations in the user's units, one coefficient per monomial:
-force on mode r = sum over monomials of coefficient[r] * prod_j q_j ** exponent[j].
-The AUTO problem is written in non-dimensional form, because AUTO's tolerances are absolute.
-"""
+"""Models, modal systems and responses handed to other programs, by the name of a format."""
 
 from __future__ import annotations
 
-import csv
 import os
 from pathlib import Path
 from typing import Any
@@ -17,17 +11,13 @@ import numpy as np
 
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import FileError, SceneError
-from nanorom.export.auto import write_auto
-from nanorom.files.whole import atomic_path
+from nanorom.export.formats import FORMATS, Format
+from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import aimed
-from nanorom.rom.tensors import monomial_coefficients
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Excitation, Sweep
 from nanorom.scene.scene import Scene
-from nanorom.types import Array
-
-FORMATS = ("auto", "matlab", "csv")
 
 
 def export(
@@ -44,8 +34,8 @@ def export(
     Parameters
     ----------
     system : ModalSystem
-    to : "auto", "matlab" or "csv"
-    target : a directory for AUTO, a file otherwise
+    to : a name of `nanorom.export.formats.FORMATS`
+    target : a directory for AUTO and COCO, a file otherwise
     omega : (low, high), range of drive frequencies of the AUTO problem in rad per unit
         of the system's time (default: 0.8 to 1.5 times the lowest natural frequency)
     direct, parametric : drive levels of the AUTO problem, in the system's units
@@ -55,19 +45,35 @@ def export(
     FileError
         for an unknown format or a target that cannot be written.
     """
-    if to not in FORMATS:
-        raise FileError(f"export: unknown format {to!r}; choose one of {', '.join(FORMATS)}")
+    write = _format(to).system
+    if write is None:
+        raise FileError(f"export: {to} is for a model with its mode shapes; export the model")
     path = Path(target)
     try:
-        if to == "auto":
-            write_auto(system, path, omega, direct, parametric)
-        elif to == "matlab":
-            _write_matlab(system, path)
-        else:
-            _write_csv(system, path)
+        write(system, path, omega, direct, parametric)
     except OSError as error:
         raise FileError(f"export: cannot write {path}: {error.strerror}") from None
     return path
+
+
+def export_response(response: Response, to: str, target: str | os.PathLike[str]) -> Path:
+    """Write a response for another program and return the path written.
+
+    response : its amplitudes in m and frequencies in Hz; to : "csv" or "matlab".  Raises FileError
+    for another format and a target that cannot be written.
+    """
+    write = _format(to).response
+    if write is None:
+        able = ", ".join(name for name, each in FORMATS.items() if each.response)
+        raise FileError(f"export: {to} is for models; a response goes to {able}")
+    write(response, Path(target))
+    return Path(target)
+
+
+def _format(to: str) -> Format:
+    if to not in FORMATS:
+        raise FileError(f"export: unknown format {to!r}; choose one of {', '.join(FORMATS)}")
+    return FORMATS[to]
 
 
 def export_model(
@@ -96,6 +102,10 @@ def export_model(
     FileError, SceneError, ContinuationError
         for a target, a level or a model that does not do.
     """
+    whole = _format(to).model
+    if whole is not None:
+        whole(model, Path(target))
+        return Path(target)
     drive, sweep, damping = _excitation_of(model, excitation)
     if damping is not None:
         model = model.with_damping(damping)
@@ -113,7 +123,7 @@ def export_model(
     chosen = drive.levels[level - 1]
     model = aimed(model, drive)
     return export(
-        model.system(drive.direct_pattern, drive.parametric_pattern, damped=to == "auto"),
+        model.system(drive.direct_pattern, drive.parametric_pattern, damped=_format(to).damped),
         to,
         target,
         omega=hertz and (2 * np.pi * hertz[0], 2 * np.pi * hertz[1]),
@@ -132,47 +142,3 @@ def _excitation_of(
     except SceneError:  # a model need not come from a scene
         return None, None, None
     return scene.drive, scene.sweep, None  # its damping is in the model
-
-
-def _all_monomials(system: ModalSystem) -> list[tuple[tuple[int, ...], Array]]:
-    linear = [
-        ((j,), system.stiffness[:, j]) for j in range(system.size) if np.any(system.stiffness[:, j])
-    ]
-    return linear + monomial_coefficients(system.quadratic) + monomial_coefficients(system.cubic)
-
-
-def _write_csv(system: ModalSystem, path: Path) -> None:
-    """One monomial of one equation per row: mode, exponents of q_1 ... q_L, coefficient."""
-    with atomic_path(path) as temporary, open(temporary, "w", newline="") as handle:
-        writer = csv.writer(handle)
-        writer.writerow(["mode"] + [f"q{j + 1}" for j in range(system.size)] + ["coefficient"])
-        for indices, coefficients in _all_monomials(system):
-            exponents = np.bincount(indices, minlength=system.size)
-            for mode in np.flatnonzero(coefficients):
-                writer.writerow([mode + 1, *exponents, repr(float(coefficients[mode]))])
-
-
-def _write_matlab(system: ModalSystem, path: Path) -> None:
-    from scipy.io import savemat
-
-    table = monomial_coefficients(system.quadratic) + monomial_coefficients(system.cubic)
-    exponents = np.array([np.bincount(indices, minlength=system.size) for indices, _ in table])
-    coefficients = np.array([values for _, values in table])
-    contents = {
-        "M": system.mass,
-        "C": system.damping,
-        "K": system.stiffness,
-        "exponents": exponents.reshape(-1, system.size).astype(float),
-        "coefficients": coefficients.reshape(-1, system.size),
-        "direct": system.direct,
-        "parametric": system.parametric,
-        "cubic_damping": system.cubic_damping,
-        "description": "M q'' + C q' + K q + coefficients.' * prod(q.' .^ exponents, 2)"
-        " = (direct + parametric q) cos(w t)",
-    }
-    with atomic_path(path) as temporary:
-        savemat(temporary, contents, oned_as="column", appendmat=False)
-
-
-# AUTO-07p
-# ------------------------------------------------------------------------------------------

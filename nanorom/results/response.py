@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import attrs
 import h5py
@@ -15,7 +15,7 @@ from nanorom.continuation import Diagram
 from nanorom.errors import FileError
 from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.stored import Reader, Writer
-from nanorom.results import diagram_file
+from nanorom.results import diagram_file, table
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Excitation, Sweep
 from nanorom.scene.fields import parse_toml
@@ -63,6 +63,13 @@ class Response:
 
     def _repr_html_(self) -> str:
         return stored.html(self)
+
+    def table(self) -> dict[str, Any]:
+        """Every point of every branch, and every special point, as columns (n,) by name.
+
+        `nanorom.results.table.columns` says which, and their units; `pandas.DataFrame` takes it.
+        """
+        return table.columns(self)
 
     @property
     def excitation(self) -> str:

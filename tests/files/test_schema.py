@@ -102,12 +102,10 @@ def test_selection_takes_the_modes_of_every_array_that_has_some(make_model):
 class Extended(ReducedModel):
     """A model with more arrays: each is one declaration."""
 
-    outside_cubic: Array | None = attrs.field(
+    surplus: Array | None = attrs.field(
         converter=as_optional,
         default=None,
-        metadata=array(
-            "L, L, L, L", "N/m^3", "what lies outside", symmetry=POTENTIAL, path="outside/cubic"
-        ),
+        metadata=array("L, L, L, L", "N/m^3", "made up", symmetry=POTENTIAL, path="more/surplus"),
     )
     rate: Array | None = attrs.field(
         converter=as_optional, default=None, metadata=array("S, S", "1/s", "first-order states")
@@ -129,7 +127,7 @@ def extended(make_model):
     rng = np.random.default_rng(5)
     return Extended(
         **own,
-        outside_cubic=-model.cubic,
+        surplus=-model.cubic,
         rate=rng.normal(size=(2, 2)),
         slope=rng.normal(size=(2, 6)),
         harmonic={"gate": rng.normal(size=(4, 3))},
@@ -140,25 +138,25 @@ def test_a_new_array_is_one_declaration(tmp_path, extended):
     path = tmp_path / "rom.h5"
     extended.save(path)
     held = contents(path)
-    assert held["outside/cubic"][2] == "N/m^3" and held["harmonic/gate"][0].shape == (4, 3)
+    assert held["more/surplus"][2] == "N/m^3" and held["harmonic/gate"][0].shape == (4, 3)
     again = Extended.load(path)
-    for name in ("outside_cubic", "rate", "slope"):
+    for name in ("surplus", "rate", "slope"):
         assert np.array_equal(getattr(again, name), getattr(extended, name))
     assert np.array_equal(again.harmonic["gate"], extended.harmonic["gate"])
     part = again.select([1, 3])
-    assert np.array_equal(part.outside_cubic, -part.cubic)
+    assert np.array_equal(part.surplus, -part.cubic)
     assert np.array_equal(part.harmonic["gate"], extended.harmonic["gate"][:, [0, 2]])
     assert np.array_equal(part.rate, extended.rate)
     assert np.array_equal(part.slope, extended.slope[:, [0, 2, 3, 5]])
-    assert ("outside/cubic", "(L, L, L, L)", "N/m^3") in {row[:3] for row in layout.rows(Extended)}
-    assert "outside/cubic" in repr(again)
+    assert ("more/surplus", "(L, L, L, L)", "N/m^3") in {row[:3] for row in layout.rows(Extended)}
+    assert "more/surplus" in repr(again)
     # an older nanorom, which does not know them, reads the rest
     assert np.array_equal(ReducedModel.load(path).cubic, extended.cubic)
 
 
 def test_a_new_array_that_does_not_fit_is_refused(extended):
     for change, message in [
-        ({"outside_cubic": np.zeros((2,) * 4)}, r"outside/cubic: found shape \(2, 2, 2, 2\)"),
+        ({"surplus": np.zeros((2,) * 4)}, r"more/surplus: found shape \(2, 2, 2, 2\)"),
         ({"rate": np.zeros((2, 3))}, r"rate: found shape \(2, 3\); expected \(2, 2\)"),
         ({"slope": np.zeros((2, 3))}, r"slope: found shape \(2, 3\); expected \(2, 6\)"),
         ({"harmonic": {"gate": np.zeros((4, 2))}}, r"harmonic/gate: found .*; expected \(any, 3\)"),

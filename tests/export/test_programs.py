@@ -1,0 +1,264 @@
+"""What is exported is what the model has, as the programs that it is for read it."""
+
+import csv
+import re
+import shutil
+import subprocess
+import warnings
+
+import attrs
+import h5py
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+from nanorom.cli.main import main
+from nanorom.continuation import ModalSystem
+from nanorom.errors import FileError, ModelError
+from nanorom.export.export import export, export_model, export_response
+from nanorom.export.polynomial import acceleration
+from nanorom.results.respond import respond
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Damping, Sweep
+
+ROUND_OFF = 1e-12
+DIFFERENCES = 1e-6  # of central differences with a step of 1e-5
+LEVELS = {"direct": 0.3, "parametric": 0.2}
+SIZE = 3
+
+
+def system(seed=0, **changes):
+    """Three modes coupled in every way that there is."""
+    rng = np.random.default_rng(seed)
+    coupled = rng.normal(size=(SIZE, SIZE))
+    given = {
+        "mass": np.diag([1.0, 2.0, 0.5]),
+        "damping": np.diag([0.1, 0.2, 0.3]) + 0.01,
+        "stiffness": np.diag([1.0, 8.0, 4.5]),
+        "quadratic": rng.normal(size=(SIZE,) * 3),
+        "cubic": rng.normal(size=(SIZE,) * 4),
+        "cubic_damping": rng.normal(size=(SIZE,) * 4),
+        "direct": rng.normal(size=SIZE),
+        "parametric": coupled + coupled.T,
+    }
+    return ModalSystem(**given | changes)
+
+
+def rate(scaled, t, x, omega, direct=1.0, parametric=1.0):
+    """(q, q')' of the equations that `ScaledSystem` documents, index by index."""
+    q, v = np.split(x, 2)
+    drive = direct * scaled.force + parametric * scaled.parametric @ q
+    force = scaled.damping @ v + scaled.stiffness @ q
+    force = force + np.einsum("rjk,j,k", scaled.quadratic, q, q)
+    force = force + np.einsum("rjkl,j,k,l", scaled.cubic, q, q, q)
+    force = force + np.einsum("rkjl,j,l,k", scaled.loss, q, q, v)
+    return np.concatenate([v, drive * np.cos(omega * t) - force])
+
+
+def test_polynomial_is_the_acceleration_of_the_equations():
+    scaled = system().scaled(**LEVELS)
+    x = np.random.default_rng(1).normal(size=2 * SIZE)
+    total = sum(terms(x) for terms in acceleration(scaled))
+    expected = rate(scaled, 0.0, x, 0.0, 0.0, 0.0)[SIZE:]
+    np.testing.assert_allclose(total, expected, rtol=ROUND_OFF)
+    for terms in acceleration(scaled):  # each product of states once
+        assert len(np.unique(terms.index, axis=0)) == len(terms.index)
+
+
+OCTAVE = """
+x = {x}; t = {t}; p = {p};
+J = modal_dx(t, x, p); Jp = modal_dp(t, x, p); Jt = modal_dt(t, x, p);
+dx = zeros(size(J)); dp = zeros(size(Jp));
+e = 1e-5;
+for i = 1:rows(x)
+  step = zeros(rows(x), 1); step(i) = e;
+  dx(:, i, :) = (modal(t, x + step, p) - modal(t, x - step, p)) / (2 * e);
+end
+for i = 1:3
+  step = zeros(3, 1); step(i) = e;
+  dp(:, i, :) = (modal(t, x, p + step) - modal(t, x, p - step)) / (2 * e);
+end
+dt = (modal(t + e, x, p) - modal(t - e, x, p)) / (2 * e);
+c = cos(p(1, :) .* t); s = sin(p(1, :) .* t);
+y = modal(t, x, p); z = modal_autonomous([x; s; c], p);
+save('-v7', 'found.mat', 'y', 'z', 'J', 'Jp', 'Jt', 'dx', 'dp', 'dt');
+"""
+
+
+@pytest.mark.skipif(not shutil.which("octave-cli"), reason="Octave is not installed")
+@pytest.mark.parametrize("quadratic", [True, False])
+def test_matlab_functions_are_the_equations_and_their_derivatives(tmp_path, quadratic):
+    given = system() if quadratic else system(quadratic=np.zeros((SIZE,) * 3))
+    folder = export(given, "coco", tmp_path / "problem", **LEVELS)
+    rng, count = np.random.default_rng(2), 4
+    x, t = rng.normal(size=(2 * SIZE, count)), rng.normal(size=(1, count))
+    p = rng.uniform(0.5, 1.5, size=(3, count))
+    texts = {
+        name: str(value.tolist()).replace("], [", "]; [")
+        for name, value in {"x": x, "t": t, "p": p}.items()
+    }
+    program = OCTAVE.format(**texts)
+    subprocess.run(["octave-cli", "--quiet", "--eval", program], cwd=folder, check=True, timeout=60)
+    found = loadmat(folder / "found.mat")
+    scaled = given.scaled(**LEVELS)
+    y = np.stack([rate(scaled, t[0, k], x[:, k], *p[:, k]) for k in range(count)], axis=1)
+    np.testing.assert_allclose(found["y"], y, rtol=ROUND_OFF, atol=ROUND_OFF)
+    np.testing.assert_allclose(found["z"][: 2 * SIZE], y, rtol=ROUND_OFF, atol=ROUND_OFF)
+    for derivative, difference in (("J", "dx"), ("Jp", "dp"), ("Jt", "dt")):
+        scale = np.abs(found[difference]).max()
+        assert np.abs(found[derivative] - found[difference]).max() <= DIFFERENCES * scale
+
+
+def test_verilog_a_module_balances_where_the_equations_hold(tmp_path):
+    given = system()
+    text = export(given, "verilog-a", tmp_path / "modal.va").read_text()
+    scaled = given.scaled(1.0, 1.0)
+    x = np.random.default_rng(3).normal(size=2 * SIZE)
+    inputs = {"direct": 0.7, "parametric": -0.4}
+    names = [f"{kind}{r + 1}" for kind in "qv" for r in range(SIZE)]
+    q = x[:SIZE]
+    drive = inputs["direct"] * scaled.force + inputs["parametric"] * scaled.parametric @ q
+    motion = rate(scaled, 0.0, x, 0.0, 0.0, 0.0) + np.concatenate([np.zeros(SIZE), drive])
+    slopes = dict(zip(names, motion * scaled.frequency))
+    voltages = dict(zip(names, x)) | inputs
+    text = re.sub(r"//.*", "", text)
+    unit = float(re.search(r"`define FREQUENCY (\S+)", text)[1])
+    assert unit == scaled.frequency
+    currents = re.findall(r"I\((\w+)\) <\+ ([^;]*);", text)
+    assert [name for name, _ in currents] == [f"{k}{r + 1}" for r in range(SIZE) for k in "qv"]
+    for _, current in currents:
+        current = re.sub(r"ddt\(V\((\w+)\)\)", lambda m: repr(slopes[m[1]]), current)
+        current = re.sub(r"V\((\w+)\)", lambda m: f"({voltages[m[1]]!r})", current)
+        value = eval(current.replace("`FREQUENCY", repr(unit)).replace("\n", " "))
+        assert abs(value) <= ROUND_OFF * max(1, np.abs(motion).max())
+
+
+def test_poscidyn_gets_the_equations_that_it_has(tmp_path):
+    diagonal = system(
+        cubic_damping=np.zeros((SIZE,) * 4),
+        damping=np.diag([0.1, 0.2, 0.3]),
+        parametric=np.diag([1.0, 2.0, 3.0]),
+    )
+    scaled = diagonal.scaled(**LEVELS)
+    held = np.load(export(diagonal, "poscidyn", tmp_path / "modal.npz", **LEVELS))
+    x, t, omega = np.random.default_rng(4).normal(size=2 * SIZE), 0.3, 1.7
+    q, v = np.split(x, 2)
+    force = held["omega_0"] / held["Q"] * v + held["omega_0"] ** 2 * q
+    force = force + np.einsum("ijk,j,k", held["a"], q, q)
+    force = force + np.einsum("ijkl,j,k,l", held["b"], q, q, q)
+    drive = (held["f_d"] + held["f_p"] * q) * np.cos(omega * t)
+    expected = rate(scaled, t, x, omega)[SIZE:]
+    np.testing.assert_allclose(drive - force, expected, rtol=1e-10)
+    assert held["frequency"] == scaled.frequency and held["amplitude"] == scaled.amplitude
+    for changes, message in [
+        ({}, "no nonlinear damping"),
+        ({"cubic_damping": np.zeros((SIZE,) * 4)}, "damping couples modes"),
+    ]:
+        with pytest.raises(FileError, match=message):
+            export(system(**changes), "poscidyn", tmp_path / "no.npz", **LEVELS)
+    assert not (tmp_path / "no.npz").exists()
+
+
+def test_vtk_file_has_every_mode_on_the_triangles(tmp_path, make_model):
+    model = make_model(3)
+    points = len(model.shapes.points)
+    model = attrs.evolve(model, static={"deflection": np.arange(points) * 1e-9})
+    path = export_model(model, "vtk", tmp_path / "modes.vtkhdf")
+    with h5py.File(path) as file:
+        assert file["VTKHDF"].attrs["Type"] == b"UnstructuredGrid"
+        assert np.array_equal(file["VTKHDF/PointData/2 f1é"], model.shapes.values[1])
+    with pytest.raises(ModelError, match="shapes: the model has none"):
+        export_model(attrs.evolve(model, shapes=None), "vtk", tmp_path / "no.vtkhdf")
+    with pytest.raises(FileError, match="vtk is for a model with its mode shapes"):
+        export(system(), "vtk", tmp_path / "no.vtkhdf")
+
+
+def test_vtk_itself_reads_the_file(tmp_path, make_model):
+    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    model = make_model(2, label=["f01", "f02"])
+    path = export_model(model, "vtk", tmp_path / "modes.vtkhdf")
+    reader = reader_of.vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    grid = reader.GetOutput()
+    assert grid.GetNumberOfCells() == len(model.shapes.cells)
+    np.testing.assert_array_equal(vtk_to_numpy(grid.GetPoints().GetData()), model.shapes.points)
+    found = vtk_to_numpy(grid.GetPointData().GetArray("2 f02"))
+    np.testing.assert_array_equal(found, model.shapes.values[1])
+    cell = grid.GetCell(3)
+    assert [cell.GetPointId(i) for i in range(3)] == model.shapes.cells[3].tolist()
+
+
+@pytest.fixture(scope="module")
+def response(make_model):
+    model = make_model(2, cubic=np.zeros((2,) * 4), quadratic=np.zeros((2,) * 3))
+    cubic = np.zeros((2,) * 4)
+    cubic[0, 0, 0, 0] = model.stiffness[0, 0] / 1e-16
+    model = attrs.evolve(model, cubic=cubic, drive={"pressure": np.array([1e-11, 1e-12])})
+    level = 3e-9 * model.stiffness[0, 0] / 1e-11 / 100
+    drive = Drive([0.1 * level, level])
+    return respond(model, drive, Sweep("0.97 f1", "1.2 f1"), Damping(100), processes=1)
+
+
+def test_table_has_every_point_of_every_branch(response):
+    table = response.table()
+    (lengths,) = {len(column) for column in table.values()}
+    on = table["special"] == ""
+    branches = [(n, b) for n, d in enumerate(response.diagrams, 1) for b in d.branches]
+    assert on.sum() == sum(len(branch) for _, branch in branches) < lengths
+    points = [p for d in response.diagrams for p in d.special_points]
+    assert table["special"][~on].tolist() == [p.type for p in points] and "LP" in table["special"]
+    np.testing.assert_array_equal(
+        table["frequency"][on], np.concatenate([b.omega for _, b in branches]) / (2 * np.pi)
+    )
+    for mode, label in enumerate(response.label):
+        amplitude = np.concatenate([b.amplitude[:, mode] for _, b in branches])
+        np.testing.assert_array_equal(table[f"amplitude of {label}"][on], amplitude)
+    stable = np.concatenate([b.stable for _, b in branches])
+    assert np.array_equal(table["stable"][on] == 1, stable) and set(table["stable"][~on]) == {-1}
+    assert set(table["level"]) == {1, 2}
+
+
+def test_response_as_csv_and_matlab_is_its_table(tmp_path, response):
+    table = response.table()
+    path = export_response(response, "csv", tmp_path / "response.csv")
+    with open(path, newline="", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    assert head[:8] == [
+        "level", "direct (Pa)", "parametric (N/m)", "branch", "period", "stable", "special",
+        "frequency (Hz)",
+    ]  # fmt: skip
+    assert head[8:] == [f"amplitude of {label} (m)" for label in response.label]
+    assert [float(row[7]) for row in rows] == table["frequency"].tolist()
+    assert [row[6] for row in rows] == table["special"].tolist()
+    found = loadmat(export_response(response, "matlab", tmp_path / "r.mat"), squeeze_me=True)
+    np.testing.assert_array_equal(found["frequency"], table["frequency"])
+    for mode, label in enumerate(response.label):
+        np.testing.assert_array_equal(found["amplitude"][:, mode], table[f"amplitude of {label}"])
+    assert found["label"].tolist() == list(response.label)
+    assert found["unit_direct"] == "Pa"
+
+
+def test_pandas_takes_the_table(response):
+    pandas = pytest.importorskip("pandas")
+    table = response.table()
+    frame = pandas.DataFrame(table)
+    assert list(frame.columns) == list(table) and len(frame) == len(table["frequency"])
+
+
+def test_command_exports_whatever_the_file_holds(tmp_path, make_model, response, capsys):
+    model, other = tmp_path / "rom.h5", tmp_path / "response.h5"
+    make_model(2, label=["f01", "f02"]).save(model)
+    response.save(other)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for to, suffix in (("vtk", ".vtkhdf"), ("coco", ".coco"), ("verilog-a", ".va")):
+            assert main(["export", str(model), "--to", to]) == 0
+            assert model.with_suffix(suffix).exists()
+        assert main(["export", str(other), "--to", "csv"]) == 0
+        assert main(["export", str(other), "--to", "auto"]) == 1
+    assert "export: auto is for models; a response goes to matlab, csv" in capsys.readouterr().err
+    assert main(["export", str(model), "--to", "excel"]) == 1
+    assert "--to: found 'excel'; allowed: auto, matlab" in capsys.readouterr().err
