@@ -13,7 +13,7 @@ from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import Node, Record
 from nanorom.continuation.orbits.coordinates import with_symmetries
-from nanorom.continuation.orbits.harmonics import forced_support, full_support
+from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, same_orbit
 from nanorom.continuation.points.directions import breaking, crossing
 from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
@@ -163,13 +163,14 @@ class _Explorer:
             return tracer.orbit(steps[-1], steps[-1].length)
         return self.record.scaled_orbit(self.record.branches[-1].orbit(-1))
 
-    def _isolated(self, seed: Orbit) -> None:
-        """The branch near an orbit of another level, unless there is none or it is known."""
+    def _isolated(self, seed: Orbit, support: Support | None = None) -> None:
+        """The branch near an orbit, say of another level, unless there is none or it is known."""
         p = seed.period_multiple
         low, high = self.record.range
         if not low < seed.omega < high and p == 1:
             return
-        support = full_support(self.scaled, p)
+        if support is None:
+            support = full_support(self.scaled, p)
         if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
             support = forced_support(self.scaled)
         tracer = Tracer(self.scaled, support, p, self.settings)
@@ -249,6 +250,7 @@ class _Explorer:
     ) -> None:
         """One branch of a bifurcation, to its end."""
         tracer = bifurcation.tracer
+        ended: Orbit | None = None
         if start.before is None:
             steps = follow_closed(tracer, start.orbit, start.direction, rates)
         else:
@@ -261,11 +263,14 @@ class _Explorer:
                     series.length = end
                 steps.append(series)
                 if end is not None:
-                    self._mark_end(tracer.orbit(series, end))
+                    ended = tracer.orbit(series, end)
+                    self._mark_end(ended)
                     tracer.ending = "bifurcation"
                     break
         if steps:
             self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
+        if ended is not None:  # on a branch that may not be known yet
+            self._isolated(bifurcation.symmetric(ended), bifurcation.shorter)
 
     def _mark_end(self, end: Orbit) -> None:
         """The pitchfork at which a branch ends needs no branch of its own."""
