@@ -11,7 +11,7 @@ from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.start import first_orbit, fixed_rate, follow_closed
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
-from nanorom.continuation.diagrams.record import Node, Record
+from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, same_orbit
@@ -24,6 +24,8 @@ from nanorom.errors import ContinuationError
 
 SAME_FREQUENCY = 1e-6  # of a bifurcation found on two branches
 SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves it
+LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
+HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
 SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
@@ -267,10 +269,25 @@ class _Explorer:
                     self._mark_end(ended)
                     tracer.ending = "bifurcation"
                     break
-        if steps:
-            self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
+                if self._is_hopeless(tracer, series):
+                    tracer.ending = "unstable"
+                    break
+        if not steps:
+            why = UNFINISHED.get(tracer.ending, "it leads nowhere")
+            self.record.leave("branch", node.orbit.omega, f"{node.kind.name}: {why}")
+            return
+        self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
         if ended is not None:  # on a branch that may not be known yet
             self._isolated(bifurcation.symmetric(ended), bifurcation.shorter)
+
+    def _is_hopeless(self, tracer: Tracer, series: Series) -> bool:
+        """Whether orbits of a long period have become so unstable that nothing is near them."""
+        if tracer.period_multiple < LONG:
+            return False
+        orbit = tracer.orbit(series, series.length)
+        given = orbit.coefficients[None], np.array([orbit.rate])
+        multipliers = self.record.floquet.multipliers(*given, orbit.period_multiple, tracer.support)
+        return bool(np.abs(multipliers).max() > HOPELESS)
 
     def _mark_end(self, end: Orbit) -> None:
         """The pitchfork at which a branch ends needs no branch of its own."""
