@@ -13,26 +13,30 @@ from nanorom.scene import fields as v
 from nanorom.scene import units
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Disc:
     """Circular film of a radius in m; its boundary is "edge"."""
 
     shape: ClassVar[str] = "disc"
     sides: ClassVar[tuple[str, ...]] = ("edge",)
-    radius: float = v.quantity("geometry.radius", "m")
+    radius: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("geometry.radius", "m")
+    )
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Rectangle:
     """Rectangular film, length along x and width along y, in m."""
 
     shape: ClassVar[str] = "rectangle"
     sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
-    length: float = v.quantity("geometry.length", "m")
-    width: float = v.quantity("geometry.width", "m")
+    length: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("geometry.length", "m")
+    )
+    width: float = attrs.field(converter=v.as_quantity, metadata=v.quantity("geometry.width", "m"))
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class String(Rectangle):
     """Narrow rectangle of length and width in m, length the larger.
 
@@ -59,7 +63,7 @@ def _mesh_path(value: Any) -> Path:
     return path
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class MeshFile:
     """Film meshed by gmsh; its boundaries are the physical curves of the file.
 
@@ -68,8 +72,10 @@ class MeshFile:
 
     shape: ClassVar[str] = "mesh"
     sides: ClassVar[tuple[str, ...]] = ()
-    file: Path = v.custom("geometry.file", _mesh_path)
-    scale: float = v.quantity("geometry.scale", "m", default=1.0)
+    file: Path = attrs.field(converter=v.as_path, metadata=v.custom("geometry.file", _mesh_path))
+    scale: float = attrs.field(
+        default=1.0, converter=v.as_quantity, metadata=v.quantity("geometry.scale", "m")
+    )
 
     def __attrs_post_init__(self) -> None:
         if not self.file.is_file():

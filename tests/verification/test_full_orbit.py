@@ -96,9 +96,7 @@ def test_tangent_is_the_derivative_of_the_residual(doubled):
 def test_modal_orbits_converge_to_the_film_s_with_the_number_of_modes(doubled):
     """Eleven modes miss f22c, which the film has three times as large as they have f41c."""
     film = doubled.film
-    found = full_orbit(
-        doubled.scene, doubled.orbit, doubled.direct, doubled.parametric, film=film
-    )
+    found = full_orbit(doubled.scene, doubled.orbit, doubled.direct, doubled.parametric, film=film)
     assert found.residual <= SOLVED
     label = doubled.model.label
     f41c = label.index("f41c")

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 import attrs
 import numpy as np
 
+from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.tori.motion import QuasiPeriodic
 from nanorom.types import Array
 
@@ -73,18 +75,45 @@ class TorusPoint:
         return self.state.amplitude
 
 
+@attrs.frozen(eq=False)
+class ResonanceTongue:
+    """An interval of the parameter in which the motion locks.
+
+    ratio: p/q turns of the second angle per period of the response, so that q periods make one of
+    the locked motion; low, high: ends of the interval, in the parameter's unit; locked: the locked
+    orbit half way between them; stable: whether it is.
+    """
+
+    ratio: Fraction
+    low: float
+    high: float
+    locked: PeriodicOrbit = attrs.field(repr=False)
+    stable: bool
+
+    @property
+    def name(self) -> str:
+        """p:q, as in "1:13"."""
+        return f"{self.ratio.numerator}:{self.ratio.denominator}"
+
+    @property
+    def width(self) -> float:
+        """high - low, in the unit of the parameter."""
+        return self.high - self.low
+
+
 @attrs.define(eq=False)
 class Torus:
     """A family of tori in the order in which it was followed.
 
     omega, second, rotation, parameter (n,), amplitude (n, L), stable (n,), exponents (n, 2L - 1),
-    residual (n,): see `TorusState`; varied: name of the parameter; ending: why it stops ("range",
-    "bifurcation": it shrinks to a periodic orbit, "breakdown": the curve is no longer smooth,
-    "steps").
+    residual (n,): see `TorusState`; tongues: where it locks, passed or at its end; varied: name of
+    the parameter; ending: why it stops ("range", "bifurcation": it shrinks to a periodic orbit,
+    "breakdown": the curve is no longer smooth, "steps"), at both ends if it has two.
     """
 
     states: list[TorusState] = attrs.field(repr=False)
     special_points: list[TorusPoint]
+    tongues: list[ResonanceTongue]
     period_multiple: int
     varied: str
     ending: str
