@@ -53,6 +53,12 @@ KINDS = {
         "nanorom.report.text:response_text",
         "nanorom.plots.files:draw_response",
     ),
+    "nanorom-verified": Kind(
+        "verified.h5",
+        "nanorom.results.verified:Verified.load",
+        "nanorom.results.verified:Verified.text",
+        "nanorom.plots.files:draw_verified",
+    ),
     "nanorom-loadcurve": Kind(
         "tuning.h5",
         "nanorom.results.loadcurve:LoadCurve.load_file",
