@@ -74,6 +74,7 @@ _HOMES = {
         "verify",
     ),
 }
+_ROOMS = ("continuation", "plots")  # that are used as nanorom.ROOM without an import
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
@@ -114,6 +115,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("nanorom.version").version()
+    if name in _ROOMS:
+        return import_module(f"nanorom.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'nanorom' has no attribute {name!r}")
     value = getattr(import_module(f"nanorom.{_HOME[name]}"), name)
@@ -122,4 +125,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    named = (name for name in globals() if name.startswith("__") and name.endswith("__"))
+    return sorted({*named, *__all__, *_ROOMS, "__version__"})

@@ -1,12 +1,18 @@
-"""What the launcher of a process tells: its rank, and whether finite elements are at hand."""
+"""What surrounds a process: its rank, whether finite elements are at hand, and who watches it."""
 
 from __future__ import annotations
 
+import logging
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from nanorom.errors import NanoromError
+from nanorom.types import Progress
+
+LOG = logging.getLogger("nanorom")
 
 
 @contextmanager
@@ -22,7 +28,7 @@ def finite_elements() -> Iterator[None]:
             cause = cause.__cause__ or cause.__context__
         raise NanoromError(
             f"this needs DOLFINx, petsc4py, slepc4py and gmsh ({error}); "
-            "use ./run or the container image"
+            "use ./run, pip install 'nanorom[fem]' (Linux) or the container image"
         ) from error
 
 
@@ -32,3 +38,53 @@ def mpi_rank() -> int:
         if name in os.environ:
             return int(os.environ[name])
     return 0
+
+
+class Watched:
+    """A progress(stage, done, total) that is logged, too: as "nanorom", at the level INFO."""
+
+    def __init__(self, show: Progress | None) -> None:
+        self._show = show
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        LOG.info("%s: %d of %d", stage, done, total)
+        if self._show is not None:
+            self._show(stage, done, total)
+
+
+@contextmanager
+def watched(progress: Progress | None) -> Iterator[Progress]:
+    """The progress of a long call: to the caller, if it asked, else as a bar in a notebook."""
+    if progress is not None or mpi_rank() != 0 or not in_notebook():
+        yield progress if isinstance(progress, Watched) else Watched(progress)
+        return
+    from tqdm.auto import tqdm
+
+    with bar(tqdm) as show:
+        yield Watched(show)
+
+
+@contextmanager
+def bar(kind: Any, **options: Any) -> Iterator[Progress]:
+    """A bar of a class of tqdm that shows stage after stage, and goes at the end."""
+    drawn = kind(leave=False, **options)
+
+    def show(stage: str, done: int, total: int) -> None:
+        drawn.total, drawn.n = total, done
+        drawn.set_description_str(stage)
+
+    try:
+        yield show
+    finally:
+        drawn.close()
+
+
+def in_notebook() -> bool:
+    """Whether this process is the kernel of a notebook."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return hasattr(shell, "kernel")
+
+
+def interactive() -> bool:
+    """Whether somebody sits at a prompt, in a notebook or a terminal."""
+    return in_notebook() or hasattr(sys, "ps1")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +16,12 @@ from nanorom.files.whole import (
     check_writable,
     make_directory,
 )
-from nanorom.launch import finite_elements, mpi_rank
+from nanorom.launch import finite_elements, mpi_rank, watched
 from nanorom.report import summary as summary_text
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.scene import Scene
+from nanorom.types import Progress
 
 if TYPE_CHECKING:
     from nanorom.continuation.orbits.orbit import PeriodicOrbit
@@ -28,17 +29,18 @@ if TYPE_CHECKING:
     from nanorom.results.verified import Verified
     from nanorom.verification.orbit import FullOrbit
 
-Progress = Callable[[str, int, int], None]  # stage, done, of how many
-
 PICTURES = ("response.png", "amplitudes.png", "modes.png")
 FILES = ("rom.h5", "response.h5", *PICTURES, "summary.json", "report.html")
 
 
-def plan(scene: Scene) -> str:
-    """What a scene needs, what is skipped and why, and what it will cost, as text."""
+def plan(scene: Scene | str | Path) -> str:
+    """What a scene, or that in a file, needs, what is skipped and why, and its cost, as text.
+
+    Raises SceneError for a scene that is not valid.
+    """
     with finite_elements():
         from nanorom.fem.plan import Plan
-    found = Plan.of(scene)
+    found = Plan.of(Scene.of(scene))
     rows = [("compute" if item.computed else "skip", item.what, item.why) for item in found.items()]
     width = max(len(what) for _, what, _ in rows)
     lines = [f"{verb:8}{what:{width + 2}}{why}".rstrip() for verb, what, why in rows]
@@ -46,13 +48,14 @@ def plan(scene: Scene) -> str:
 
 
 def reduce(
-    scene: Scene,
+    scene: Scene | str | Path,
     progress: Progress | None = None,
     path: str | Path | None = None,
     groups: int | None = None,
 ) -> ReducedModel:
-    """Reduce a scene to its modal model (steps I to IV of the paper), by finite elements.
+    """Reduce a scene, or that in a file, to its modal model by finite elements.
 
+    These are steps I to IV of the paper (Keskekler et al., arXiv:2304.01419).
     Under MPI every rank calls it and gets the same model; ``groups`` says in how many groups the
     ranks share load cases and classes of symmetry (None: as many as are fastest and fit into
     memory); those of one group share a mesh.
@@ -63,21 +66,24 @@ def reduce(
     """
     with finite_elements():
         from nanorom.fem.reduce import reduce_scene
-    if path is None:
-        return reduce_scene(scene, progress, groups=groups)
-    path = Path(path)
-    check_directory(path.parent)
-    if path.parent.is_dir():
-        check_writable(path)
-    model = reduce_scene(scene, progress, output=path, groups=groups)
-    if mpi_rank() == 0:
+    scene = Scene.of(scene)
+    if path is not None:
+        path = Path(path)
+        check_directory(path.parent)
+        if path.parent.is_dir():
+            check_writable(path)
+    with watched(progress) as told:
+        model = reduce_scene(scene, told, output=path, groups=groups)
+    if path is not None and mpi_rank() == 0:
         make_directory(path.parent)
         model.save(path)
         partial.finished(path)
     return model
 
 
-def tune(scene: Scene, points: int = 20, progress: Progress | None = None) -> LoadCurve:
+def tune(
+    scene: Scene | str | Path, points: int = 20, progress: Progress | None = None
+) -> LoadCurve:
     """Deflection and frequencies as a scene's [load] grows from nothing.
 
     ``points`` is about how many states there are.  The load that grows is the voltage if there is
@@ -88,11 +94,12 @@ def tune(scene: Scene, points: int = 20, progress: Progress | None = None) -> Lo
     """
     with finite_elements():
         from nanorom.fem.tuning import follow
-    return follow(scene, points, progress)
+    with watched(progress) as told:
+        return follow(Scene.of(scene), points, told)
 
 
 def full_orbit(
-    scene: Scene,
+    scene: Scene | str | Path,
     orbit: PeriodicOrbit,
     direct: float | None = None,
     parametric: float | None = None,
@@ -105,11 +112,11 @@ def full_orbit(
     """
     with finite_elements():
         from nanorom.verification import orbit as full
-    return full.full_orbit(scene, orbit, direct, parametric, **options)
+    return full.full_orbit(Scene.of(scene), orbit, direct, parametric, **options)
 
 
 def verify(
-    scene: Scene,
+    scene: Scene | str | Path,
     response: Response | str | Path | None = None,
     path: str | Path | None = None,
     *,
@@ -126,6 +133,7 @@ def verify(
     and every rank gets the same table.  Raises NanoromError if DOLFINx is not installed,
     SceneError if the response is not of the scene, FileError if a file cannot be read or written.
     """
+    scene = Scene.of(scene)
     if path is not None:
         check_writable(path)
     with finite_elements():
@@ -160,7 +168,7 @@ def _followed(scene: Scene, progress: Progress | None) -> Response:
 
 
 def run(
-    scene: Scene,
+    scene: Scene | str | Path,
     directory: str | Path,
     progress: Progress | None = None,
     processes: int | None = None,
@@ -173,46 +181,33 @@ def run(
     what is in summary.json; under MPI on rank 0, which alone writes.  ``processes`` is as for
     `nanorom.respond`, ``groups`` as for `nanorom.reduce`.
     """
-    directory = Path(directory)
+    scene, directory = Scene.of(scene), Path(directory)
     check_directory(directory)
     if directory.is_dir():
         for name in FILES:
             check_writable(directory / name)
-    start = time.perf_counter()
-    model = reduce(scene, progress, directory / "rom.h5", groups)
-    if mpi_rank() != 0:
-        return None
-    seconds = {"reduce": time.perf_counter() - start}
-    summary: dict[str, Any] = {"scene": scene.to_toml(), **summary_text.of_model(model)}
-
-    start = time.perf_counter()
-    response, pictures = None, [directory / name for name in PICTURES]
-    if scene.drive is None or scene.sweep is None:
-        pictures = pictures[-1:]
-    else:
-        from nanorom.results.respond import respond
-
-        response = respond(
-            model,
-            scene.drive,
-            scene.sweep,
-            scene.damping,
-            progress,
-            processes,
-            path=directory / "response.h5",
-        )
-        seconds["respond"] = time.perf_counter() - start
-        summary |= summary_text.of_response(response)
-
+    with watched(progress) as told:
         start = time.perf_counter()
-        from nanorom.plots import amplitude_panels, response_figure
+        model = reduce(scene, told, directory / "rom.h5", groups)
+        if mpi_rank() != 0:
+            return None
+        seconds = {"reduce": time.perf_counter() - start}
+        summary: dict[str, Any] = {"scene": scene.to_toml(), **summary_text.of_model(model)}
+        response = None
+        if scene.drive is not None and scene.sweep is not None:
+            from nanorom.results.respond import respond
 
-        response_figure(response, pictures[0])
-        amplitude_panels(response, pictures[1])
-    from nanorom.plots import mode_gallery
+            start = time.perf_counter()
+            path = directory / "response.h5"
+            response = respond(
+                model, scene.drive, scene.sweep, scene.damping, told, processes, path
+            )
+            seconds["respond"] = time.perf_counter() - start
+            summary |= summary_text.of_response(response)
     from nanorom.report import page
 
-    mode_gallery(model, pictures[-1])
+    start = time.perf_counter()
+    pictures = _draw(model, response, directory)
     seconds["pictures"] = time.perf_counter() - start
     summary["seconds"] = seconds
     title = f"nanorom: {directory.resolve().name}"
@@ -220,3 +215,16 @@ def run(
     with atomic_path(directory / "summary.json") as temporary:
         temporary.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
     return summary
+
+
+def _draw(model: ReducedModel, response: Response | None, directory: Path) -> list[Path]:
+    from nanorom.plots import amplitude_panels, mode_gallery, response_figure
+
+    pictures = [directory / name for name in PICTURES]
+    if response is None:
+        pictures = pictures[-1:]
+    else:
+        response_figure(response, pictures[0])
+        amplitude_panels(response, pictures[1])
+    mode_gallery(model, pictures[-1])
+    return pictures

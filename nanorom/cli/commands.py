@@ -241,13 +241,8 @@ def _progress() -> Iterator[Any]:
         return
     from tqdm import tqdm
 
-    bar = tqdm(file=sys.stderr, leave=False, bar_format="{desc}: {n_fmt}/{total_fmt} [{elapsed}]")
+    from nanorom.launch import bar
 
-    def show(stage: str, done: int, total: int) -> None:
-        bar.total, bar.n = total, done
-        bar.set_description_str(stage)
-
-    try:
+    shown = "{desc}: {n_fmt}/{total_fmt} [{elapsed}]"
+    with bar(tqdm, file=sys.stderr, bar_format=shown) as show:
         yield show
-    finally:
-        bar.close()

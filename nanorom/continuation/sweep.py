@@ -28,7 +28,8 @@ REST = 1e-12  # size below which a motion has settled
 @attrs.frozen(eq=False)
 class Sweep:
     """omega (n,), amplitude (n, L) = max |q_r| over the last periods, state (n, 2L) at drive phase
-    0, settled (n,): whether the stroboscopic state had come to rest (not on a torus or in chaos).
+    0, in the system's units; settled (n,): whether the stroboscopic state had come to rest (not on
+    a torus or in chaos).
     """
 
     omega: Array

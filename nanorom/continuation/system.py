@@ -38,6 +38,8 @@ def without_round_off(values: Array | float) -> Array:
     Systems that differ by their units alone become the same to the last bit, and so do their
     diagrams: at a threshold, round-off would otherwise change the steps taken.
     """
+    if not np.any(values):
+        return np.asarray(values, dtype=float)
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissa, BITS)), exponent - BITS))
 
@@ -76,8 +78,11 @@ def symmetrise_quadratic(tensor: Array) -> Array:
 
 def symmetrise_cubic(tensor: Array) -> Array:
     """B[r, j, k, l] averaged over the order of j, k, l: the force B qqq is unchanged."""
-    orders = ((0, 1, 2, 3), (0, 1, 3, 2), (0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1))
-    return np.asarray(sum(tensor.transpose(order) for order in orders) / 6)
+    total = tensor + tensor.transpose(0, 1, 3, 2)
+    for order in ((0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1)):
+        total += tensor.transpose(order)
+    total /= 6
+    return np.asarray(total)
 
 
 @attrs.frozen(eq=False, init=False)
@@ -189,7 +194,10 @@ class ModalSystem:
             )
 
     def natural_frequencies_squared(self) -> Array:
-        """Eigenvalues of M^-1 K, ascending (negative where they are not real and positive)."""
+        """Eigenvalues (L,) of M^-1 K, ascending, in rad^2 per squared unit of time.
+
+        Negative where they are not real and positive.
+        """
         values = np.linalg.eigvals(np.linalg.solve(self.mass, self.stiffness))
         bad = np.abs(values.imag) > REAL * np.abs(values)
         return np.sort(np.where(bad, -np.abs(values), values.real))
@@ -200,7 +208,10 @@ class ModalSystem:
         return int(self.stiffness.shape[0])
 
     def scaled(self, direct: float = 0.0, parametric: float = 0.0) -> ScaledSystem:
-        """The equations at given drive levels, divided by the mass and made non-dimensional."""
+        """The equations at given drive levels (in units of the patterns), made non-dimensional.
+
+        Raises ContinuationError for levels or a damping that do not do.
+        """
         for name, level in (("direct", direct), ("parametric", parametric)):
             if not finite(level):
                 raise ContinuationError(f"{name}: drive level {level!r} is not a finite number")
@@ -236,13 +247,19 @@ class ModalSystem:
 def _over_mass(mass: Array, arrays: Mapping[str, Array]) -> dict[str, Array]:
     """The arrays of the equations divided by the mass, symmetric where they act symmetrically."""
     inverse = np.linalg.inv(mass)
-    divided = {name: np.tensordot(inverse, array, axes=1) for name, array in arrays.items()}
+    divided = {
+        # zeros, most often: they stay memory that is not touched
+        name: np.tensordot(inverse, array, axes=1) if array.any() else np.zeros(array.shape)
+        for name, array in arrays.items()
+    }
     divided["quadratic"] = symmetrise_quadratic(divided["quadratic"])
     divided["cubic"] = symmetrise_cubic(divided["cubic"])
     loss = divided.pop("cubic_damping")
-    loss = loss + loss.transpose(0, 2, 1, 3)
-    # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
-    divided["loss"] = (loss + loss.transpose(0, 1, 3, 2)) / 2
+    if loss.any():
+        loss = loss + loss.transpose(0, 2, 1, 3)
+        # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
+        loss = (loss + loss.transpose(0, 1, 3, 2)) / 2
+    divided["loss"] = loss
     return divided
 
 
@@ -298,18 +315,21 @@ class ScaledSystem:
     loss: Array
     force: Array
     parametric: Array
+    shapes: Array | None = None  # (L, L): of the model, by those of the equations (columns)
 
     @property
     def size(self) -> int:
         return len(self.force)
 
     def given(self, motion: Array) -> Array:
-        """A motion (..., L) of these equations in the units of the model."""
-        return np.asarray(motion * self.amplitude)
+        """A motion (..., L) of these equations in the coordinates and units of the model."""
+        own = motion if self.shapes is None else motion @ self.shapes.T
+        return np.asarray(own * self.amplitude)
 
     def inner(self, motion: Array) -> Array:
-        """A motion (..., L) of the model in the units of these equations."""
-        return np.asarray(motion / self.amplitude)
+        """A motion (..., L) of the model in the coordinates and units of these equations."""
+        own = motion if self.shapes is None else np.linalg.solve(self.shapes, motion.T).T
+        return np.asarray(own / self.amplitude)
 
     @property
     def nonlinear(self) -> bool:
@@ -348,4 +368,5 @@ class ScaledSystem:
         )
 
 
-ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in ("frequency", "amplitude"))
+UNITS = ("frequency", "amplitude", "shapes")
+ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in UNITS)

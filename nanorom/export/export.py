@@ -46,9 +46,9 @@ def export(
     system : ModalSystem
     to : "auto", "matlab" or "csv"
     target : a directory for AUTO, a file otherwise
-    omega : (low, high), range of drive frequencies of the AUTO problem (default: 0.8 to 1.5 times
-    the lowest natural frequency)
-    direct, parametric : drive levels of the AUTO problem
+    omega : (low, high), range of drive frequencies of the AUTO problem in rad per unit
+        of the system's time (default: 0.8 to 1.5 times the lowest natural frequency)
+    direct, parametric : drive levels of the AUTO problem, in the system's units
 
     Raises
     ------

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
+from petsc4py import PETSc
 
-from nanorom.errors import AccuracyWarning
+from nanorom.errors import AccuracyWarning, NanoromError
 from nanorom.fem.models import inertia, initial_shape
 from nanorom.fem.output import patterns
 from nanorom.fem.output.model import modal_products
@@ -92,6 +93,7 @@ def reduce_scene(
         damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
+        outside_cubic=solution.outside,
         drive=direct | aimed,
         parametric=parametric,
         shapes=Shapes(points * scales.length, cells, values),
@@ -126,14 +128,22 @@ def solve_to_tolerance(
 ) -> Solution:
     """Solve on a mesh made for the tolerance, and again on finer ones until it is met.
 
-    Warns with AccuracyWarning where rounding or cost forbids it.  Collective.
+    Warns with AccuracyWarning where rounding or cost forbids it, or where a finer mesh fails: the
+    best solution so far is kept.  Collective.
     """
     tolerance = plan.scene.accuracy.tolerance
     if tolerance is None:
         return solve(team, plan, None, watch, journal)
-    aim, solutions = tolerance, []
+    aim, failure = tolerance, ""
+    solutions: list[Solution] = []
     for _ in range(MOST_MESHES):
-        solution = solve(team, plan, aim, watch, journal)
+        try:
+            solution = solve(team, plan, aim, watch, journal)
+        except (NanoromError, PETSc.Error) as error:
+            if not solutions:
+                raise
+            failure = f"; a finer mesh failed: {error}"
+            break
         solutions.append(solution)
         if solution.error <= tolerance:
             return solution
@@ -144,7 +154,7 @@ def solve_to_tolerance(
     best = min(solutions, key=lambda solution: solution.error)
     warnings.warn(
         f"tolerance {tolerance:g} is not met: estimated error {best.error:.1e} "
-        f"(of which rounding {best.diagnostics['error_rounding']:.1e})",
+        f"(of which rounding {best.diagnostics['error_rounding']:.1e}){failure}",
         AccuracyWarning,
         stacklevel=2,
     )

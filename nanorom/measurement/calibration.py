@@ -36,12 +36,15 @@ STEPS = 400
 
 
 def power(dbm: ArrayLike) -> Array:
-    """Power in W of levels in dBm."""
+    """Power (...) in W of levels (...) in dBm."""
     return REFERENCE * 10 ** (np.asarray(dbm, dtype=float) / 10)
 
 
 def amplitude_ratio(dbm: ArrayLike, reference: float) -> Array:
-    """Drive amplitude at levels in dBm by that at a reference level: factor of beta and gamma."""
+    """Drive amplitude (...) at levels (...) in dBm by that at a reference level in dBm.
+
+    It is the factor of the paper's beta and gamma.
+    """
     return 10 ** ((np.asarray(dbm, dtype=float) - reference) / DECIBELS)
 
 
@@ -138,12 +141,12 @@ class Calibration:
 
     @classmethod
     def of(cls, dbm: ArrayLike, force: ArrayLike, reference: float = 0.0) -> Calibration:
-        """From forces (n,) at levels (n,) in dBm."""
+        """From forces (n,) in N, or N/m, at levels (n,) in dBm; reference: in dBm."""
         logarithm = np.log(np.asarray(force) / amplitude_ratio(dbm, reference))
         return cls(float(np.exp(logarithm.mean())), reference, float(logarithm.std()))
 
     def at(self, dbm: ArrayLike) -> Array:
-        """Force at levels in dBm."""
+        """Force (...) in N, or N/m, at levels (...) in dBm."""
         return self.force * amplitude_ratio(dbm, self.reference)
 
 
@@ -155,10 +158,12 @@ def calibrate(
     reference: float = 0.0,
     pattern: ArrayLike | None = None,
 ) -> Calibration:
-    """Calibrate a mode's force from the frequencies (n,) in Hz of its folds at levels in dBm.
+    """Calibrate a mode's force from the frequencies (n,) in Hz of its folds at levels (n,) in dBm.
 
-    pattern : J (L,) if the force on all modes is known but for a factor; then all modes move
-    (`level_of_fold`).  Else the mode moves alone, as in the paper.
+    reference : level in dBm at which the force is told; pattern : J (L,) in N per unit of the
+    level if the force on all modes is known but for a factor; then all modes move
+    (`level_of_fold`).  Else the mode moves alone, as in the paper.  Raises ModelError where no
+    fold of that mode can be, ContinuationError where it cannot be followed.
     """
     if pattern is None:
         return Calibration.of(dbm, force_of_fold(model, mode, frequency), reference)

@@ -75,7 +75,7 @@ class Identification:
 
     @property
     def difference(self) -> Array:
-        """Relative difference (n,) measured/fitted - 1."""
+        """Relative difference (n,), measured/fitted - 1."""
         return self.measured.frequency / self.fitted - 1
 
     def save_scene(self, path: str | Path) -> None:

@@ -23,7 +23,11 @@ PAIR = ("tension_x", "tension_y")  # alike unless the film's shape or labels tel
 
 @attrs.frozen
 class Film:
-    """What the operators of a scene's film depend on, in SI units; bends: not a membrane."""
+    """What the operators of a scene's film depend on.
+
+    tension_x, tension_y: N/m; youngs_modulus: Pa; poisson_ratio; density: kg/m^3; thickness: m;
+    bends: it is not a membrane.
+    """
 
     tension_x: float
     tension_y: float
@@ -94,7 +98,7 @@ class Unknown(ABC):
         return float(np.mean([getattr(film, name) for name in self.sets]))
 
     def put(self, film: Film, value: float) -> Film:
-        """The film with another value."""
+        """The film with another value of it, in its unit."""
         return attrs.evolve(film, **dict.fromkeys(self.sets, value))
 
     @abstractmethod
@@ -114,7 +118,6 @@ class IsotropicTension(Unknown):
     stiffens, pulls = 1, True
 
     def slope(self, film: Film) -> Array:
-        """As of `Unknown`."""
         return np.array([1.0, 1.0, 0.0, 0.0])
 
 
@@ -125,7 +128,6 @@ class TensionX(Unknown):
     stiffens, pulls = 1, True
 
     def slope(self, film: Film) -> Array:
-        """As of `Unknown`."""
         return np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -136,7 +138,6 @@ class TensionY(Unknown):
     stiffens, pulls = 1, True
 
     def slope(self, film: Film) -> Array:
-        """As of `Unknown`."""
         return np.array([0.0, 1.0, 0.0, 0.0])
 
 
@@ -147,11 +148,9 @@ class YoungsModulus(Unknown):
     stiffens, bends = 1, 1
 
     def slope(self, film: Film) -> Array:
-        """As of `Unknown`."""
         return np.array([0.0, 0.0, self.put(film, 1.0).bending, 0.0])
 
     def check(self, film: Film) -> None:
-        """As of `Unknown`."""
         if not film.bends:
             raise SceneError(
                 "unknowns: found youngs_modulus, but a membrane has no bending stiffness to find "
@@ -166,7 +165,6 @@ class Density(Unknown):
     stiffens = -1
 
     def slope(self, film: Film) -> Array:
-        """As of `Unknown`."""
         return np.array([0.0, 0.0, 0.0, film.thickness])
 
 
@@ -177,7 +175,6 @@ class Thickness(Unknown):
     bends = 3
 
     def slope(self, film: Film) -> Array:
-        """As of `Unknown`."""
         return np.array([0.0, 0.0, 3 * film.bending / film.thickness, film.density])
 
 

@@ -40,6 +40,9 @@ POINTS = {
     "multipliers": MULTIPLIERS,
     "state": Item("n, 2L", "m, m/s", "(q, dq/dt) at phase 0 of the drive"),
 }
+MULTIPLICITY = {  # which files of before do not have
+    "multiplicity": Item("n", "1", "how many multipliers, or pairs, are critical", kind="whole"),
+}
 UNEXPLORED = {
     "kind": Item("n", "", "what was not followed, or not looked for", kind="name"),
     "omega": Item("n", "rad/s", "drive frequency"),
@@ -50,7 +53,7 @@ ORBITS = {"rows": ROWS, "coefficients": COEFFICIENTS}
 
 TABLES = {
     "level/K/branch/B": BRANCH | ORBITS,
-    "level/K/special_points": POINTS | ORBITS,
+    "level/K/special_points": POINTS | MULTIPLICITY | ORBITS,
     "level/K/unexplored": UNEXPLORED,
 }
 
@@ -63,6 +66,7 @@ def write_diagram(level: h5py.Group, diagram: Diagram, size: int) -> None:
         group = level.create_group(f"branch/{number}")
         group.attrs["period_multiple"] = branch.period_multiple
         group.attrs["ending"] = branch.ending
+        group.attrs["wave"], group.attrs["family"] = branch.wave, branch.family
         for name in ("parent", "origin"):
             index = getattr(branch, name)
             group.attrs[name] = NONE if index is None else index
@@ -80,6 +84,8 @@ def _write_points(group: h5py.Group, points: list[SpecialPoint], size: int) -> N
         if len(item.axes) > 1:  # with no points, the second axis is lost
             columns[name] = columns[name].reshape(-1, item.shape({"L": size})[1] or 0)
     _write(group, POINTS, columns)
+    multiplicity = np.array([point.multiplicity for point in points], dtype=np.int64)
+    _write(group, MULTIPLICITY, {"multiplicity": multiplicity})
     _write_orbits(group, [point.coefficients for point in points], size)
 
 
@@ -107,6 +113,8 @@ def _read_branch(group: h5py.Group, size: int, count: int) -> Branch:
         origin=None if origin == NONE else origin,
         coefficients=_read_orbits(group, len(columns["omega"]), size),
         ending=hdf5.text(group.attrs.get("ending", "")),
+        wave=hdf5.text(group.attrs.get("wave", "")),
+        family=bool(group.attrs.get("family", False)),
     )
 
 
@@ -119,7 +127,10 @@ def _read_points(group: h5py.Group, size: int, branches: int) -> list[SpecialPoi
     if n and not 0 <= on.min() <= on.max() < branches:
         raise FileError("special_points: a point lies on no branch")
     columns["coefficients"] = _read_orbits(group, n, size)
-    for name in ("branch", "period_multiple"):
+    known = "multiplicity" in group
+    critical = _read(group, MULTIPLICITY, size)["multiplicity"] if known else np.ones(n)
+    columns["multiplicity"] = critical
+    for name in ("branch", "period_multiple", "multiplicity"):
         columns[name] = [int(number) for number in columns[name]]
     return [SpecialPoint(**{name: c[i] for name, c in columns.items()}) for i in range(n)]
 

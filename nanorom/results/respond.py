@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,10 +14,18 @@ import h5py
 import numpy as np
 
 from nanorom.continuation import Diagram, ModalSystem, add_isolas, explore_each
-from nanorom.errors import FileError
+from nanorom.errors import AccuracyWarning, FileError
 from nanorom.files import hdf5
+from nanorom.launch import interactive, watched
 from nanorom.results.diagram_file import read_diagram
-from nanorom.results.response import EXCITATION, KEY, Response, write_head, write_level
+from nanorom.results.response import (
+    EXCITATION,
+    KEY,
+    Response,
+    with_levels,
+    write_head,
+    write_level,
+)
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import aimed
 from nanorom.scene.drive import Drive
@@ -45,6 +54,7 @@ def respond(
     processes : how many levels are followed at once, None for one per core.
     path : `response.h5`, to which every level is saved as it is finished. Levels that an
         interrupted run with the same model and excitation left there are not computed again.
+        Without one, Ctrl-C at a prompt or in a notebook returns the levels that are done.
 
     Raises
     ------
@@ -52,32 +62,44 @@ def respond(
         If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
         cannot be written.
     """
-    system, omega, options = _question(model, drive, sweep, damping)
+    system, omega, options = _question(aimed(model, drive), drive, sweep, damping)
     empty = Response(
         diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
     )
     key = key_of(system, omega, options)
     found = {} if path is None else resume(path, empty, key)
     total = len(drive.levels)
-    missing = [number for number in range(total) if number not in found]
-
-    def report() -> None:
-        if progress is not None:
-            progress("drive levels", len(found), total)
-
-    report()
-    levels = [drive.levels[number] for number in missing]
-    with growing(empty, key, found) as file:
-        for place, diagram in explore_each(system, omega, levels, processes, **options):
-            found[missing[place]] = diagram
-            if path is not None:
-                add(file, path, missing[place], diagram, empty)
-            report()
+    missing = {number: drive.levels[number] for number in range(total) if number not in found}
+    with watched(progress) as told, growing(empty, key, found) as file:
+        told("drive levels", len(found), total)
+        try:
+            levels = list(missing.values())
+            for place, diagram in explore_each(system, omega, levels, processes, **options):
+                number = list(missing)[place]
+                found[number] = diagram
+                if path is not None:
+                    add(file, path, number, diagram, empty)
+                told("drive levels", len(found), total)
+        except KeyboardInterrupt:
+            if path is not None or not found or not interactive():
+                raise
+            return _interrupted(empty, found)
     diagrams = [found[number] for number in range(total)]
     whole = add_isolas(system, omega, diagrams, processes, **options)
     response = attrs.evolve(empty, diagrams=tuple(whole))
     if path is not None and whole != diagrams:
         response.save(path, key)
+    return response
+
+
+def _interrupted(empty: Response, found: Mapping[int, Diagram]) -> Response:
+    """At a prompt without a file, Ctrl-C leaves the levels that are done."""
+    response = with_levels(empty, found)
+    warnings.warn(
+        f"interrupted: {response.unfinished} of {len(empty.drive.levels)} drive levels are missing",
+        AccuracyWarning,
+        stacklevel=3,
+    )
     return response
 
 
@@ -87,7 +109,7 @@ def _question(
     """The modal equations, the range of omega in rad/s, and options of the continuation."""
     if damping is not None:
         model = model.with_damping(damping)
-    system = aimed(model, drive).system(drive.direct_pattern, drive.parametric_pattern)
+    system = model.system(drive.direct_pattern, drive.parametric_pattern)
     start, stop = sweep.hertz(float(model.frequency[0]))
     options = {"depth": sweep.depth, "tolerance": sweep.tolerance}
     known = {name: value for name, value in options.items() if value is not None}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import ClassVar
 
@@ -12,12 +13,13 @@ from numpy.typing import NDArray
 
 from nanorom.continuation import Diagram
 from nanorom.errors import FileError
-from nanorom.files import hdf5, layout, schema
+from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.stored import Reader, Writer
 from nanorom.results import diagram_file
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Excitation, Sweep
 from nanorom.scene.fields import parse_toml
+from nanorom.scene.units import with_unit
 
 KEY = "key"  # attribute: what the levels were computed from, so that a run can go on
 EXCITATION = "excitation"  # attribute: drive and sweep, as TOML
@@ -53,11 +55,14 @@ class Response:
             kinds = [point.type for point in diagram.special_points]
             found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in sorted(set(kinds)))
             lines.append(
-                f"direct {direct:g} {self.drive.units[0]}, "
-                f"parametric {parametric:g} {self.drive.units[1]}: "
+                f"direct {with_unit(direct, self.drive.units[0])}, "
+                f"parametric {with_unit(parametric, self.drive.units[1])}: "
                 f"{len(diagram.branches)} branches, {found or 'no special points'}"
             )
         return "\n".join(lines + [f"{self.unfinished} to do"] * bool(self.unfinished))
+
+    def _repr_html_(self) -> str:
+        return stored.html(self)
 
     @property
     def excitation(self) -> str:
@@ -84,13 +89,10 @@ class Response:
             # a run that was interrupted says what it is the beginning of
             if len(done) < total and KEY not in file.attrs or not done:
                 raise FileError(f"level/{min(set(range(total)) - set(done))}: missing")
-            drive, size = response.drive, len(response.frequency)
-            groups = [hdf5.group(file, f"level/{number}") for number in done]
-            return attrs.evolve(
-                response,
-                diagrams=tuple(diagram_file.read_diagram(group, size) for group in groups),
-                drive=drive if len(done) == total else _some_levels(drive, done),
-                unfinished=total - len(done),
+            size = len(response.frequency)
+            groups = {number: hdf5.group(file, f"level/{number}") for number in done}
+            return with_levels(
+                response, {n: diagram_file.read_diagram(g, size) for n, g in groups.items()}
             )
 
 
@@ -117,6 +119,15 @@ def _read_head(file: h5py.File) -> tuple[Response, int]:
     return response, len(excitation.drive.levels)
 
 
-def _some_levels(drive: Drive, numbers: list[int]) -> Drive:
-    direct, parametric = zip(*(drive.levels[number] for number in numbers))
-    return attrs.evolve(drive, direct=direct, parametric=parametric)
+def with_levels(response: Response, diagrams: Mapping[int, Diagram]) -> Response:
+    """A response of all levels, with the diagrams of some of them (by number, from 0) alone."""
+    drive, done = response.drive, sorted(diagrams)
+    if len(done) < len(drive.levels):
+        direct, parametric = zip(*(drive.levels[number] for number in done))
+        drive = attrs.evolve(drive, direct=direct, parametric=parametric)
+    return attrs.evolve(
+        response,
+        diagrams=tuple(diagrams[number] for number in done),
+        drive=drive,
+        unfinished=len(response.drive.levels) - len(done),
+    )

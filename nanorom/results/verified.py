@@ -104,6 +104,9 @@ class Verified:
     def __len__(self) -> int:
         return len(self.level)
 
+    def _repr_html_(self) -> str:
+        return stored.html(self)
+
     def __repr__(self) -> str:
         return f"Verified: {len(self)} orbits of {len(self.label)} modes\n{self.text()}"
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
 import numpy as np
@@ -30,11 +30,13 @@ from nanorom.rom.arrays import (
     as_optional,
     as_tensor,
 )
+from nanorom.rom.coefficients import Coefficient, Coefficients, place
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
 from nanorom.scene.patterns.pattern import ParametricPattern, Proportional
 from nanorom.scene.scene import MOST_MODES
+from nanorom.scene.units import with_unit
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -45,14 +47,6 @@ ASYMMETRIC = 1e-6  # a stiffness, mass or damping matrix beyond this is a mistak
 NORMALIZATION = "max"  # of the mode shapes: max |phi| = 1
 MORE_THAN_REPORTED = 2.0  # a file may measure its asymmetry in another norm
 ROUND_OFF = 1e-9
-
-
-class Coefficient(NamedTuple):
-    """One coefficient of the paper: b_jkl of equation r, indices 1-based within the model."""
-
-    equation: int
-    indices: tuple[int, ...]
-    value: float
 
 
 @layout.documented
@@ -92,6 +86,17 @@ class ReducedModel:
     )
     cubic: Array = attrs.field(
         converter=as_tensor, metadata=array("L, L, L, L", "N/m^3", "B", symmetry=POTENTIAL)
+    )
+    outside_cubic: Array | None = attrs.field(
+        converter=as_optional,
+        default=None,
+        metadata=array(
+            "L, L, L, L",
+            "N/m^3",
+            "what the static response of everything outside the modes adds to B",
+            symmetry=POTENTIAL,
+            path="outside/cubic",
+        ),
     )
     drive: dict[str, Array] = attrs.field(
         converter=as_arrays,
@@ -165,10 +170,13 @@ class ReducedModel:
                 raise ModelError(f"{path}: the matrix is not symmetric")
 
     def __repr__(self) -> str:
-        low, high = self.frequency[[0, -1]]
+        low, high = (with_unit(float(f), "Hz", 6) for f in self.frequency[[0, -1]])
         modes = ", ".join(f"{n} {name}" for n, name in zip(self.number, self.label))
-        head = f"ReducedModel of {self.size} modes, {low:.6g} to {high:.6g} Hz"
+        head = f"ReducedModel of {self.size} modes, {low} to {high}"
         return "\n".join([head, *textwrap.wrap(f"modes: {modes}", 96), *layout.shown(self)])
+
+    def _repr_html_(self) -> str:
+        return stored.html(self)
 
     @property
     def size(self) -> int:
@@ -229,22 +237,22 @@ class ReducedModel:
     def _products(self, q: Array) -> Array:
         return (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], self.size**2)
 
-    def alpha(self, r: int) -> dict[tuple[int, int], float]:
-        """The paper's alpha_jk of equation r in N/m^2, keys (j, k) with j <= k, 1-based."""
+    def alpha(self, r: int | str) -> Coefficients:
+        """The paper's alpha_jk of equation r in N/m^2 by (j, k), all 1-based or names of modes.
+
+        Raises ModelError for a mode that the model lacks.
+        """
         return self._paper(self.quadratic, r)
 
-    def b(self, r: int) -> dict[tuple[int, int, int], float]:
-        """The paper's b_jkl of equation r in N/m^3, keys (j, k, l) with j <= k <= l, 1-based."""
+    def b(self, r: int | str) -> Coefficients:
+        """The paper's b_jkl of equation r in N/m^3 by (j, k, l), all 1-based or names of modes.
+
+        Raises ModelError for a mode that the model lacks.
+        """
         return self._paper(self.cubic, r)
 
-    def _paper(self, tensor: Array, r: int) -> dict[Any, float]:
-        if not 1 <= r <= self.size:
-            raise ModelError(f"equation: found {r}; allowed: 1 to {self.size}")
-        force = tensor[r - 1]
-        return {
-            tuple(i + 1 for i in indices): orders * float(force[indices])
-            for indices, orders in tensors.monomials(self.size, force.ndim)
-        }
+    def _paper(self, tensor: Array, r: int | str) -> Coefficients:
+        return Coefficients(tensor[place(self.label, r, "equation") - 1], self.label)
 
     def coefficients(self) -> Iterator[Coefficient]:
         """Every alpha_jk, then every b_jkl, equation by equation."""
@@ -254,11 +262,21 @@ class ReducedModel:
                     yield Coefficient(r, indices, value)
 
     def select(self, modes: Sequence[int | str]) -> ReducedModel:
-        """The model of some of the modes, by number (among all modes) or by label."""
+        """The model of some modes, by number (among all) or by label; raises ModelError.
+
+        Where the model knows what lies outside its modes, the others become a part of that.
+        """
         positions = sorted({self._position(mode) for mode in modes})
         if not positions:
             raise ModelError("select: found no mode; give at least one")
-        return attrs.evolve(self, **schema.picked(self, "L", positions))
+        picked = schema.picked(self, "L", positions)
+        if self.outside_cubic is not None:
+            kept = np.array(positions)
+            dropped = np.setdiff1d(np.arange(self.size), kept)
+            pull = self.quadratic[np.ix_(kept, kept, dropped)]
+            compliance = np.linalg.inv(self.stiffness[np.ix_(dropped, dropped)])
+            picked["outside_cubic"] = picked["outside_cubic"] + tensors.condensed(pull, compliance)
+        return attrs.evolve(self, **picked)
 
     def _position(self, mode: int | str) -> int:
         if isinstance(mode, str):
@@ -303,11 +321,17 @@ class ReducedModel:
         return j, _pattern("parametric", self.parametric, parametric)
 
     def system(
-        self, direct: str = "pressure", parametric: str = "tension", damped: bool = True
+        self,
+        direct: str = "pressure",
+        parametric: str = "tension",
+        damped: bool = True,
+        outside: bool = True,
     ) -> ModalSystem:
         """The modal equations with these drive patterns, ready for continuation.
 
         ``damped=False`` lets a model without damping pass: for backbones and exports.
+        ``outside`` says whether what lies outside the modes follows them statically, where the
+        model knows how, or stays at rest.
         """
         from nanorom.continuation import ModalSystem
 
@@ -317,12 +341,18 @@ class ReducedModel:
             damping=self.damping,
             stiffness=self.stiffness,
             quadratic=self.quadratic,
-            cubic=self.cubic,
+            cubic=self.cubic_of(outside),
             direct=j,
             parametric=p,
             cubic_damping=self.cubic_damping,
             damped=damped,
         )
+
+    def cubic_of(self, outside: bool = True) -> Array:
+        """B (L, L, L, L) in N/m^3, with or without what the response outside the modes adds."""
+        if outside and self.outside_cubic is not None:
+            return self.cubic + self.outside_cubic
+        return self.cubic
 
     def save(self, path: str | Path) -> None:
         """Write `rom.h5`, whole or not at all; raises FileError."""

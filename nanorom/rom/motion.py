@@ -14,7 +14,7 @@ INSTANTS = 256  # per period: enough for the harmonics of any orbit that is draw
 
 
 def energy_shares(model: ReducedModel, orbit: PeriodicOrbit) -> Array:
-    """Share of each mode (L,) in the kinetic energy, mean over a period."""
+    """Share of each mode (L,) in the kinetic energy, of 1, mean over a period."""
     _, _, velocity = orbit.time_series(INSTANTS, 1)
     energy = model.mass * np.mean(velocity**2, axis=0)
     return np.asarray(energy / energy.sum())
@@ -28,6 +28,9 @@ def deflection(model: ReducedModel, orbit: PeriodicOrbit, t: ArrayLike) -> Array
 
 
 def time_of_largest(model: ReducedModel, orbit: PeriodicOrbit) -> float:
-    """The time within a period, in s, at which some point of the film deflects most."""
+    """The time within a period, in s, at which some point of the film deflects most.
+
+    Raises ModelError without shapes.
+    """
     t = np.arange(INSTANTS) * orbit.period / INSTANTS
     return float(t[np.abs(deflection(model, orbit, t)).max(axis=1).argmax()])

@@ -50,7 +50,7 @@ def unaimed(area: Array, slope: Array) -> tuple[dict[str, Array], dict[str, Arra
 
 @singledispatch
 def stiffness(pattern: ParametricPattern, area: Array, slope: Array) -> Array:
-    """P (L, L) of a parametric pattern beside a uniform pressure; arguments as for `unaimed`."""
+    """P (L, L) in N/m per unit of the level, beside a uniform pressure; see `unaimed`."""
     raise TypeError(f"no parametric pattern: {pattern!r}")
 
 

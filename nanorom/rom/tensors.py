@@ -46,6 +46,21 @@ def asymmetry(tensor: Array) -> float:
     return deviation / largest if largest else 0.0
 
 
+def condensed(pull: Array, compliance: Array) -> Array:
+    """Cubic tensor (L, L, L, L) of what follows the modes statically.
+
+    pull : (L, L, S), the force pull[j, k, s] q_j q_k on its coordinates; compliance : (S, S).  It
+    takes 1/2 f G f of the energy away: -2 f_rj G f_kl, averaged over the ways to pair four modes.
+    """
+    return paired(np.einsum("rjs,st,klt->rjkl", pull, compliance, pull, optimize=True))
+
+
+def paired(products: Array) -> Array:
+    """-2 F averaged over the three ways to pair four modes, of products F (L, L, L, L) of pairs."""
+    ways = products + products.transpose(0, 2, 1, 3) + products.transpose(0, 3, 2, 1)
+    return np.asarray(-2 * ways / 3)
+
+
 def monomials(modes: int, degree: int) -> Iterator[tuple[tuple[int, ...], int]]:
     """0-based indices j <= k <= ... of each monomial, and in how many orders they occur."""
     for indices in combinations_with_replacement(range(modes), degree):

@@ -22,7 +22,12 @@ def _levels(value: Any, unit: str, key: str) -> tuple[float, ...]:
     return levels
 
 
-@attrs.frozen
+def _as_given(value: Any) -> Any:
+    """Levels are read when the unit of their pattern is known."""
+    return value
+
+
+@attrs.frozen(field_transformer=v.readers)
 class Drive:
     """Levels of the direct and the parametric drive, and what they act on.
 
@@ -34,14 +39,26 @@ class Drive:
     Raises SceneError for levels, units or keys that do not fit the patterns.
     """
 
-    direct: tuple[float, ...] = attrs.field(default=0.0, metadata={"key": "direct", "unit": None})
-    parametric: tuple[float, ...] = attrs.field(
-        default=0.0, metadata={"key": "parametric", "unit": None}
+    direct: tuple[float, ...] = attrs.field(
+        default=0.0, converter=v.as_quantities, metadata=v.custom("drive.direct", _as_given)
     )
-    direct_pattern: str = v.choice("drive.direct_pattern", DIRECT, default="pressure")
-    parametric_pattern: str = v.choice("drive.parametric_pattern", PARAMETRIC, default="tension")
-    position: tuple[float, ...] | None = v.quantities("drive.position", "m", v.ANY, default=None)
-    radius: float | None = v.quantity("drive.radius", "m", default=None)
+    parametric: tuple[float, ...] = attrs.field(
+        default=0.0, converter=v.as_quantities, metadata=v.custom("drive.parametric", _as_given)
+    )
+    direct_pattern: str = attrs.field(
+        default="pressure", metadata=v.choice("drive.direct_pattern", DIRECT)
+    )
+    parametric_pattern: str = attrs.field(
+        default="tension", metadata=v.choice("drive.parametric_pattern", PARAMETRIC)
+    )
+    position: tuple[float, ...] | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantities,
+        metadata=v.quantities("drive.position", "m", v.ANY),
+    )
+    radius: float | None = attrs.field(
+        default=None, converter=v.as_optional_quantity, metadata=v.quantity("drive.radius", "m")
+    )
 
     def __attrs_post_init__(self) -> None:
         for name, unit in zip(("direct", "parametric"), self.units):
@@ -79,7 +96,7 @@ class Drive:
 
     @property
     def levels(self) -> tuple[tuple[float, float], ...]:
-        """(direct, parametric) of each level."""
+        """(direct, parametric) of each level, in `units`."""
         count = max(len(self.direct), len(self.parametric))
         direct = self.direct * (count if len(self.direct) == 1 else 1)
         parametric = self.parametric * (count if len(self.parametric) == 1 else 1)

@@ -7,7 +7,7 @@ F(t, q) = (direct * J + parametric * P q) cos(omega t), with patterns J and P of
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,16 +21,23 @@ from nanorom.scene.drive import Drive
 DEEPEST = 5
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Damping:
-    """Quality factor, one for all modes or one per mode, and the viscosity of the material.
+    """Quality factor and viscosity of the material.
 
+    quality_factor: a number, one for all modes or one per mode (L,).
     material_time: relaxation time tau in s of a Kelvin-Voigt material, stress C:(1 + tau d/dt)E;
     it damps bending beside the quality factor, and stretching, which is nonlinear damping.
     """
 
-    quality_factor: tuple[float, ...] = v.quantities("damping.quality_factor", "1")
-    material_time: float = v.quantity("damping.material_time", "s", v.NOT_NEGATIVE, default=0.0)
+    quality_factor: tuple[float, ...] = attrs.field(
+        converter=v.as_quantities, metadata=v.quantities("damping.quality_factor", "1")
+    )
+    material_time: float = attrs.field(
+        default=0.0,
+        converter=v.as_quantity,
+        metadata=v.quantity("damping.material_time", "s", v.NOT_NEGATIVE),
+    )
 
     def per_mode(self, count: int) -> tuple[float, ...]:
         """One quality factor for each mode; raises SceneError if the list has another length."""
@@ -47,9 +54,9 @@ class Damping:
 _RELATIVE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*\*?\s*f1\s*")
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Frequency:
-    """A drive frequency in Hz, or in multiples of the lowest frequency of the model."""
+    """A drive frequency: value in Hz or, if relative, in multiples of the model's lowest."""
 
     value: float
     relative: bool = False
@@ -62,7 +69,12 @@ class Frequency:
         return f"{self.value!r} f1" if self.relative else f"{self.value!r} Hz"
 
 
-def _frequency(key: str, default: Any = attrs.NOTHING) -> Any:
+def as_frequency(value: v.Quantity | Frequency) -> Frequency:
+    """A frequency, absolute or relative; what it may be given as, for type checkers."""
+    return _reader("frequency")(value)
+
+
+def _reader(key: str) -> Callable[[Any], Frequency]:
     def read(value: Any) -> Frequency:
         if isinstance(value, Frequency):
             return value
@@ -73,10 +85,14 @@ def _frequency(key: str, default: Any = attrs.NOTHING) -> Any:
             raise units.wrong(key, value, 'a multiple of the lowest frequency such as "0.8 f1"')
         return Frequency(v.read_quantity(value, "Hz", key, v.POSITIVE))
 
-    return v.custom(key, read)
+    return read
 
 
-@attrs.frozen
+def _frequency(key: str) -> dict[str, Any]:
+    return v.custom(key, _reader(key))
+
+
+@attrs.frozen(field_transformer=v.readers)
 class Sweep:
     """Range of the drive frequency, and how far bifurcating branches are followed.
 
@@ -84,10 +100,14 @@ class Sweep:
     depth: generations of bifurcating branches to follow; tolerance: relative, of the orbits.
     """
 
-    start: Frequency = _frequency("sweep.from")
-    stop: Frequency = _frequency("sweep.to")
-    depth: int | None = v.integer("sweep.depth", 0, DEEPEST, default=None)
-    tolerance: float | None = v.quantity("sweep.tolerance", "1", v.within(1e-14, 0.1), default=None)
+    start: Frequency = attrs.field(converter=as_frequency, metadata=_frequency("sweep.from"))
+    stop: Frequency = attrs.field(converter=as_frequency, metadata=_frequency("sweep.to"))
+    depth: int | None = attrs.field(default=None, metadata=v.integer("sweep.depth", 0, DEEPEST))
+    tolerance: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("sweep.tolerance", "1", v.within(1e-14, 0.1)),
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.start.relative == self.stop.relative and self.start.value >= self.stop.value:
@@ -135,7 +155,7 @@ class Excitation:
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any]) -> Excitation:
-        """Read the sections from nested dictionaries."""
+        """Read the sections from nested dictionaries; raises SceneError."""
         classes: dict[str, Any] = {"drive": Drive, "sweep": Sweep, "damping": Damping}
         for name in document:
             if name not in classes:

@@ -10,14 +10,15 @@ import difflib
 import json
 import numbers
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import attrs
 
 from nanorom.errors import SceneError
 from nanorom.scene.units import to_si, wrong
+from nanorom.types import Array
 
 Section = TypeVar("Section")
 Limit = tuple[str, Callable[[float], bool]]
@@ -26,6 +27,7 @@ POSITIVE: Limit = ("greater than 0", lambda x: x > 0)
 NOT_NEGATIVE: Limit = ("0 or more", lambda x: x >= 0)
 ANY: Limit = ("any", lambda x: True)
 
+READER = "read"  # key of a field's metadata: the function that checks what is given
 LARGEST_FILE = 1_000_000  # bytes of a TOML file; a larger one is something else
 
 
@@ -80,40 +82,109 @@ def did_you_mean(found: Any, allowed: Iterable[str]) -> str:
     return f' (did you mean "{near[0]}"?)' if near else ""
 
 
-def quantity(key: str, unit: str, limit: Limit = POSITIVE, **options: Any) -> Any:
-    """Field: a quantity, stored in SI. With a default of None it may be left out."""
-    return _field(key, options, lambda v: read_quantity(v, unit, key, limit), unit=unit)
+# -- what fields are given as, for type checkers ---------------------------------------------------
 
 
-def quantities(key: str, unit: str, limit: Limit = POSITIVE, **options: Any) -> Any:
-    """Field: a tuple of quantities, from one or from a list."""
-    return _field(key, options, lambda v: read_quantities(v, unit, key, limit), unit=unit)
+class WithUnits(Protocol):
+    """A number with units, as of pint."""
+
+    @property
+    def magnitude(self) -> Any: ...
+
+    @property
+    def units(self) -> Any: ...
 
 
-def integer(key: str, low: int, high: int, **options: Any) -> Any:
-    """Field: an integer from low to high."""
-    return _field(key, options, lambda v: read_integer(v, key, low, high))
+Quantity = str | float | WithUnits  # "2.5 um", or a number in SI
 
 
-def choice(key: str, allowed: Iterable[str], **options: Any) -> Any:
-    """Field: one word of several."""
-    return _field(key, options, lambda v: read_choice(v, key, allowed))
+def as_quantity(value: Quantity) -> float:
+    """A quantity, in SI. As all of these, `readers` puts the reader of the field in its place."""
+    raise _unread()
 
 
-def custom(key: str, read: Callable[[Any], Any], **options: Any) -> Any:
-    """Field with its own reader."""
-    return _field(key, options, read)
+def as_optional_quantity(value: Quantity | None) -> float | None:
+    """A quantity, in SI, or None."""
+    raise _unread()
 
 
-def _field(
-    key: str, options: dict[str, Any], read: Callable[[Any], Any], unit: str | None = None
-) -> Any:
-    optional = options.get("default", attrs.NOTHING) is None
-    return attrs.field(
-        converter=attrs.converters.optional(read) if optional else read,
-        metadata={"key": key.rpartition(".")[2], "unit": unit},
-        **options,
+def as_quantities(value: Quantity | Sequence[Quantity] | Array) -> tuple[float, ...]:
+    """One quantity or several, in SI."""
+    raise _unread()
+
+
+def as_optional_quantities(
+    value: Quantity | Sequence[Quantity] | Array | None,
+) -> tuple[float, ...] | None:
+    """One quantity or several, in SI, or None."""
+    raise _unread()
+
+
+def as_path(value: str | Path) -> Path:
+    """The name of a file."""
+    raise _unread()
+
+
+def as_optional_path(value: str | Path | None) -> Path | None:
+    """The name of a file, or None."""
+    raise _unread()
+
+
+def as_optional_integers(value: Sequence[int] | None) -> tuple[int, ...] | None:
+    """Integers, or None."""
+    raise _unread()
+
+
+def _unread() -> TypeError:
+    return TypeError("a class of fields needs @attrs.frozen(field_transformer=fields.readers)")
+
+
+# -- what fields are -------------------------------------------------------------------------------
+
+
+def quantity(key: str, unit: str, limit: Limit = POSITIVE) -> dict[str, Any]:
+    """Metadata of a field: a quantity, stored in SI."""
+    return _metadata(key, lambda v: read_quantity(v, unit, key, limit), unit)
+
+
+def quantities(key: str, unit: str, limit: Limit = POSITIVE) -> dict[str, Any]:
+    """Metadata of a field: a tuple of quantities, from one or from a list."""
+    return _metadata(key, lambda v: read_quantities(v, unit, key, limit), unit)
+
+
+def integer(key: str, low: int, high: int) -> dict[str, Any]:
+    """Metadata of a field: an integer from low to high."""
+    return _metadata(key, lambda v: read_integer(v, key, low, high))
+
+
+def choice(key: str, allowed: Iterable[str]) -> dict[str, Any]:
+    """Metadata of a field: one word of several."""
+    return _metadata(key, lambda v: read_choice(v, key, allowed))
+
+
+def custom(key: str, read: Callable[[Any], Any]) -> dict[str, Any]:
+    """Metadata of a field with its own reader."""
+    return _metadata(key, read)
+
+
+def readers(cls: type, fields: list[Any]) -> list[Any]:
+    """Transformer of the fields of a class: each gets the reader that its metadata hold.
+
+    A field whose default is None may be None.  The converters that the class names say only what
+    may be given, so that type checkers know.
+    """
+    return [_with_reader(field) if READER in field.metadata else field for field in fields]
+
+
+def _with_reader(field: Any) -> Any:
+    read = field.metadata[READER]
+    return field.evolve(
+        converter=attrs.converters.optional(read) if field.default is None else read
     )
+
+
+def _metadata(key: str, read: Callable[[Any], Any], unit: str | None = None) -> dict[str, Any]:
+    return {"key": key.rpartition(".")[2], "unit": unit, READER: read}
 
 
 def _fields(cls: Any) -> dict[str, Any]:
@@ -121,13 +192,25 @@ def _fields(cls: Any) -> dict[str, Any]:
 
 
 def from_table(cls: type[Section], section: str, table: Any, **more: Any) -> Section:
-    """Make a section from its TOML table; raises SceneError on unknown or missing keys."""
+    """Make a section from its TOML table; raises SceneError on unknown or missing keys.
+
+    A key that Python calls otherwise ("from", an attribute ``start``) may have either name.
+    """
     fields = _fields(cls)
+    if isinstance(table, Mapping):
+        table = _by_key(section, table, {f.name: key for key, f in fields.items() if f.name != key})
     check_keys(section, table, fields)
     for key, field in fields.items():
         if field.default is attrs.NOTHING and key not in table:
             raise SceneError(f"{section}.{key}: missing; allowed keys: {', '.join(fields)}")
     return cls(**{fields[key].name: value for key, value in table.items()}, **more)
+
+
+def _by_key(section: str, table: Mapping[str, Any], keys: dict[str, str]) -> dict[str, Any]:
+    for name, key in keys.items():
+        if name in table and key in table:
+            raise SceneError(f"{section}.{name}: found beside {key}, which is the same")
+    return {keys.get(name, name): value for name, value in table.items()}
 
 
 def check_keys(section: str, table: Any, allowed: Iterable[str]) -> None:

@@ -25,7 +25,7 @@ def _shape_file(value: Any) -> Path | None:
     return Path(value)
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Plate:
     """The film's thickness, model and shape.
 
@@ -34,35 +34,55 @@ class Plate:
     and height z in m of the film before tension and load act, on any points.
     """
 
-    thickness: float = v.quantity("plate.thickness", "m")
-    model: str = v.choice("plate.model", MODELS, default="auto")
-    initial_shape: Path | None = v.custom("plate.initial_shape", _shape_file, default=None)
+    thickness: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("plate.thickness", "m")
+    )
+    model: str = attrs.field(default="auto", metadata=v.choice("plate.model", MODELS))
+    initial_shape: Path | None = attrs.field(
+        default=None,
+        converter=v.as_optional_path,
+        metadata=v.custom("plate.initial_shape", _shape_file),
+    )
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Material:
-    """Isotropic linear elastic material."""
+    """Isotropic linear elastic material: youngs_modulus in Pa, poisson_ratio, density in kg/m^3."""
 
-    youngs_modulus: float = v.quantity("material.youngs_modulus", "Pa")
-    poisson_ratio: float = v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5))
-    density: float = v.quantity("material.density", "kg/m^3")
+    youngs_modulus: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("material.youngs_modulus", "Pa")
+    )
+    poisson_ratio: float = attrs.field(
+        converter=v.as_quantity,
+        metadata=v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5)),
+    )
+    density: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("material.density", "kg/m^3")
+    )
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Tension:
-    """Film tension along x and y in N/m; negative is compression."""
+    """Film tension along x and y in N/m; negative is compression.
 
-    x: float = v.quantity("tension.x", "N/m", v.ANY)
-    y: float = v.quantity("tension.y", "N/m", v.ANY)
+    With one value it is the same in every direction.
+    """
+
+    x: float = attrs.field(converter=v.as_quantity, metadata=v.quantity("tension.x", "N/m", v.ANY))
+    y: float = attrs.field(
+        default=attrs.Factory(lambda self: self.x, takes_self=True),
+        converter=v.as_quantity,
+        metadata=v.quantity("tension.y", "N/m", v.ANY),
+    )
 
     @classmethod
-    def isotropic(cls, value: Any) -> Tension:
+    def isotropic(cls, value: v.Quantity) -> Tension:
         """The same tension in every direction."""
         tension = v.read_quantity(value, "N/m", "tension.value")
         return cls(tension, tension)
 
     @classmethod
-    def from_stress(cls, stress: Any, thickness: Any) -> Tension:
+    def from_stress(cls, stress: v.Quantity, thickness: v.Quantity) -> Tension:
         """Isotropic film stress (Pa) times thickness (m)."""
         tension = v.read_quantity(stress, "Pa", "tension.stress") * v.read_quantity(
             thickness, "m", "plate.thickness", v.POSITIVE
@@ -71,7 +91,7 @@ class Tension:
 
     @classmethod
     def from_table(cls, table: Any, plate: Plate) -> Tension:
-        """Read [tension]: value, or x and y, or stress."""
+        """Read [tension]: value, or x and y, in N/m, or stress in Pa; raises SceneError."""
         v.check_keys("tension", table, ("value", "x", "y", "stress"))
         match sorted(table):
             case ["x", "y"]:

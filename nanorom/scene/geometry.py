@@ -13,28 +13,35 @@ from nanorom.scene import fields as v
 from nanorom.scene import units
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Disc:
-    """Circular film; its boundary is "edge"."""
+    """Circular film of a radius in m; its boundary is "edge"."""
 
     shape: ClassVar[str] = "disc"
     sides: ClassVar[tuple[str, ...]] = ("edge",)
-    radius: float = v.quantity("geometry.radius", "m")
+    radius: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("geometry.radius", "m")
+    )
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Rectangle:
-    """Rectangular film, length along x and width along y."""
+    """Rectangular film, length along x and width along y, in m."""
 
     shape: ClassVar[str] = "rectangle"
     sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
-    length: float = v.quantity("geometry.length", "m")
-    width: float = v.quantity("geometry.width", "m")
+    length: float = attrs.field(
+        converter=v.as_quantity, metadata=v.quantity("geometry.length", "m")
+    )
+    width: float = attrs.field(converter=v.as_quantity, metadata=v.quantity("geometry.width", "m"))
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class String(Rectangle):
-    """Narrow rectangle, held at its short ends left and right unless the scene says otherwise."""
+    """Narrow rectangle of length and width in m, length the larger.
+
+    It is held at its short ends left and right unless the scene says otherwise.
+    """
 
     shape: ClassVar[str] = "string"
 
@@ -56,14 +63,19 @@ def _mesh_path(value: Any) -> Path:
     return path
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class MeshFile:
-    """Film meshed by gmsh; its boundaries are the physical curves of the file."""
+    """Film meshed by gmsh; its boundaries are the physical curves of the file.
+
+    scale: the file's unit of length in m.
+    """
 
     shape: ClassVar[str] = "mesh"
     sides: ClassVar[tuple[str, ...]] = ()
-    file: Path = v.custom("geometry.file", _mesh_path)
-    scale: float = v.quantity("geometry.scale", "m", default=1.0)  # of the file's unit of length
+    file: Path = attrs.field(converter=v.as_path, metadata=v.custom("geometry.file", _mesh_path))
+    scale: float = attrs.field(
+        default=1.0, converter=v.as_quantity, metadata=v.quantity("geometry.scale", "m")
+    )
 
     def __attrs_post_init__(self) -> None:
         if not self.file.is_file():
@@ -75,7 +87,7 @@ SHAPES: dict[str, Any] = {"disc": Disc, "rectangle": Rectangle, "string": String
 
 
 def read_geometry(table: Mapping[str, Any], directory: Path) -> Geometry:
-    """Read [geometry]; the shape decides which keys it has."""
+    """Read [geometry]; the shape decides which keys it has.  Raises SceneError."""
     if "shape" not in table:
         raise SceneError(f"geometry.shape: missing; allowed: {' | '.join(SHAPES)}")
     cls = SHAPES[v.read_choice(table["shape"], "geometry.shape", SHAPES)]

@@ -20,7 +20,7 @@ def _position(value: Any) -> tuple[float, float]:
     return x, y
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Load:
     """Loads that act together; all but the gate are dead loads, positive towards positive w.
 
@@ -31,14 +31,38 @@ class Load:
     -E alpha dT/(1 - nu) with alpha the expansion of the film relative to its frame's.
     """
 
-    pressure: float | None = v.quantity("load.pressure", "Pa", v.ANY, default=None)
-    voltage: float | None = v.quantity("load.voltage", "V", v.ANY, default=None)
-    gap: float | None = v.quantity("load.gap", "m", default=None)
-    force: float | None = v.quantity("load.force", "N", v.ANY, default=None)
-    position: tuple[float, float] = v.custom("load.position", _position, default=(0.0, 0.0))
-    radius: float = v.quantity("load.radius", "m", v.NOT_NEGATIVE, default=0.0)
+    pressure: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.pressure", "Pa", v.ANY),
+    )
+    voltage: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.voltage", "V", v.ANY),
+    )
+    gap: float | None = attrs.field(
+        default=None, converter=v.as_optional_quantity, metadata=v.quantity("load.gap", "m")
+    )
+    force: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.force", "N", v.ANY),
+    )
+    position: tuple[float, float] = attrs.field(
+        default=(0.0, 0.0), converter=v.as_quantities, metadata=v.custom("load.position", _position)
+    )
+    radius: float = attrs.field(
+        default=0.0,
+        converter=v.as_quantity,
+        metadata=v.quantity("load.radius", "m", v.NOT_NEGATIVE),
+    )
 
-    stress: float | None = v.quantity("load.stress", "Pa", v.ANY, default=None)
+    stress: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.stress", "Pa", v.ANY),
+    )
 
     def __attrs_post_init__(self) -> None:
         loads = (self.pressure, self.voltage, self.force, self.stress)

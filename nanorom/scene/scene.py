@@ -79,12 +79,16 @@ def _mode_numbers(value: Any) -> tuple[int, ...]:
     return tuple(sorted(numbers))
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Modes:
     """Which modes take part: the lowest ``count``, or ``select`` by 1-based number."""
 
-    count: int | None = v.integer("modes.count", 1, MOST_MODES, default=None)
-    select: tuple[int, ...] | None = v.custom("modes.select", _mode_numbers, default=None)
+    count: int | None = attrs.field(default=None, metadata=v.integer("modes.count", 1, MOST_MODES))
+    select: tuple[int, ...] | None = attrs.field(
+        default=None,
+        converter=v.as_optional_integers,
+        metadata=v.custom("modes.select", _mode_numbers),
+    )
 
     def __attrs_post_init__(self) -> None:
         if (self.count is None) == (self.select is None):
@@ -102,25 +106,54 @@ class Modes:
         return self.numbers[-1]
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Reduction:
-    """How the tensors are found, and whether the film may move in its plane while it deflects."""
+    """How the tensors are found, and what moves while the modes deflect the film.
 
-    method: str = v.choice("reduction.method", ("direct", "step", "tangent"), default="direct")
-    in_plane: str = v.choice("reduction.in_plane", ("free", "fixed"), default="free")
-    amplitude: float | None = v.quantity("reduction.amplitude", "m", default=None)
-    solver: str = v.choice("reduction.solver", ("auto", "factors", "multigrid"), default="auto")
+    in_plane: the displacement in the plane, free (in equilibrium) or fixed; outside: the rest of
+    the film, static (in equilibrium too) or at rest; amplitude: largest deflection in m of STEP's
+    load cases; None: found.
+    """
 
-
-@attrs.frozen
-class Accuracy:
-    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand."""
-
-    tolerance: float | None = v.quantity(
-        "accuracy.tolerance", "1", v.within(1e-14, 1), default=None
+    method: str = attrs.field(
+        default="direct", metadata=v.choice("reduction.method", ("direct", "step", "tangent"))
     )
-    degree: int | None = v.integer("accuracy.degree", 1, HIGHEST_DEGREE, default=None)
-    mesh_size: float | None = v.quantity("accuracy.mesh_size", "m", default=None)
+    in_plane: str = attrs.field(
+        default="free", metadata=v.choice("reduction.in_plane", ("free", "fixed"))
+    )
+    amplitude: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("reduction.amplitude", "m"),
+    )
+    solver: str = attrs.field(
+        default="auto", metadata=v.choice("reduction.solver", ("auto", "factors", "multigrid"))
+    )
+    outside: str = attrs.field(
+        default="static", metadata=v.choice("reduction.outside", ("static", "rest"))
+    )
+
+
+@attrs.frozen(field_transformer=v.readers)
+class Accuracy:
+    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
+
+    tolerance: relative, of frequencies and tensors; mesh_size: in m.
+    """
+
+    tolerance: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("accuracy.tolerance", "1", v.within(1e-14, 1)),
+    )
+    degree: int | None = attrs.field(
+        default=None, metadata=v.integer("accuracy.degree", 1, HIGHEST_DEGREE)
+    )
+    mesh_size: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("accuracy.mesh_size", "m"),
+    )
 
     def __attrs_post_init__(self) -> None:
         by_hand = [n for n in ("degree", "mesh_size") if getattr(self, n) is not None]
@@ -136,8 +169,8 @@ class Accuracy:
             object.__setattr__(self, "tolerance", 1e-6)
 
 
-def _section(key: str, kind: Any, **options: Any) -> Any:
-    """Field of a scene that holds one section."""
+def _section(key: str, kind: Any) -> dict[str, Any]:
+    """Metadata of a field of a scene that holds one section."""
 
     def check(value: Any) -> Any:
         if not isinstance(value, kind):
@@ -145,26 +178,37 @@ def _section(key: str, kind: Any, **options: Any) -> Any:
             raise units.wrong(key, value, f"an object of class {name}")
         return value
 
-    optional = options.get("default", attrs.NOTHING) is None
-    return attrs.field(converter=attrs.converters.optional(check) if optional else check, **options)
+    return {v.READER: check}
 
 
-@attrs.frozen(kw_only=True)
-class Scene:
+class _Loaded(type):
+    """`Scene.load(path)` reads a file, although ``load`` of a scene is its section [load]."""
+
+    @property
+    def load(cls) -> Any:
+        return cls.from_file  # type: ignore[attr-defined]
+
+
+@attrs.frozen(kw_only=True, field_transformer=v.readers)
+class Scene(metaclass=_Loaded):
     """Everything that is known and asked about one device; valid by construction."""
 
-    geometry: Geometry = _section("geometry", (Disc, Rectangle, String, MeshFile))
-    plate: Plate = _section("plate", Plate)
-    material: Material = _section("material", Material)
-    tension: Tension = _section("tension", Tension, default=Tension(0.0, 0.0))
-    support: Support = _section("support", Support)
-    modes: Modes = _section("modes", Modes)
-    reduction: Reduction = _section("reduction", Reduction, default=Reduction())
-    accuracy: Accuracy = _section("accuracy", Accuracy, default=Accuracy())
-    load: Load | None = _section("load", Load, default=None)
-    damping: Damping | None = _section("damping", Damping, default=None)
-    drive: Drive | None = _section("drive", Drive, default=None)
-    sweep: Sweep | None = _section("sweep", Sweep, default=None)
+    geometry: Geometry = attrs.field(
+        metadata=_section("geometry", (Disc, Rectangle, String, MeshFile))
+    )
+    plate: Plate = attrs.field(metadata=_section("plate", Plate))
+    material: Material = attrs.field(metadata=_section("material", Material))
+    tension: Tension = attrs.field(default=Tension(0.0, 0.0), metadata=_section("tension", Tension))
+    support: Support = attrs.field(metadata=_section("support", Support))
+    modes: Modes = attrs.field(metadata=_section("modes", Modes))
+    reduction: Reduction = attrs.field(
+        default=Reduction(), metadata=_section("reduction", Reduction)
+    )
+    accuracy: Accuracy = attrs.field(default=Accuracy(), metadata=_section("accuracy", Accuracy))
+    load: Load | None = attrs.field(default=None, metadata=_section("load", Load))
+    damping: Damping | None = attrs.field(default=None, metadata=_section("damping", Damping))
+    drive: Drive | None = attrs.field(default=None, metadata=_section("drive", Drive))
+    sweep: Sweep | None = attrs.field(default=None, metadata=_section("sweep", Sweep))
 
     @support.default
     def _usual_support(self) -> Support:
@@ -236,13 +280,18 @@ class Scene:
             raise SceneError(f"{path}: {error}") from None
 
     @classmethod
+    def of(cls, scene: Scene | str | Path) -> Scene:
+        """A scene as it is, or read from the file of a name; raises SceneError."""
+        return scene if isinstance(scene, Scene) else cls.from_file(scene)
+
+    @classmethod
     def from_toml(cls, text: str, directory: str | Path = ".") -> Scene:
         """Read a scene from TOML text; mesh files are looked up in the directory."""
         return cls.from_dict(v.parse_toml(text), directory)
 
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
-        """Read a scene from nested dictionaries, the shape that TOML gives."""
+        """Read a scene from nested dictionaries as TOML gives them; raises SceneError."""
         sections = [field.name for field in attrs.fields(cls)]
         for name, table in document.items():
             if name not in sections:
@@ -264,6 +313,8 @@ class Scene:
             elif name == "tension":
                 plate = v.from_table(Plate, "plate", document["plate"])
                 given[name] = Tension.from_table(table, plate)
+            elif name == "support":
+                given[name] = Support.from_table(table)
             else:
                 given[name] = v.from_table(_CLASSES[name], name, table)
         return cls(**given)
@@ -310,7 +361,6 @@ class Scene:
 _CLASSES: dict[str, Any] = {
     "plate": Plate,
     "material": Material,
-    "support": Support,
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,

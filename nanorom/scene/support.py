@@ -15,7 +15,7 @@ KINDS = ("clamped", "simply_supported", "free")
 SPRING_KEYS = {"spring", "rotational"}
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Spring:
     """An edge that cannot move in the plane and is held elastically out of it.
 
@@ -23,8 +23,16 @@ class Spring:
     rotational : in N (moment per length and angle), 0: free to rotate.
     """
 
-    spring: float | None = v.quantity("support.spring", "N/m^2", default=None)
-    rotational: float = v.quantity("support.rotational", "N", v.NOT_NEGATIVE, default=0.0)
+    spring: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("support.spring", "N/m^2"),
+    )
+    rotational: float = attrs.field(
+        default=0.0,
+        converter=v.as_quantity,
+        metadata=v.quantity("support.rotational", "N", v.NOT_NEGATIVE),
+    )
 
 
 Kind = str | Spring
@@ -54,7 +62,7 @@ def _sides(value: Any) -> Kind | dict[str, Kind]:
     return sides
 
 
-@attrs.frozen
+@attrs.frozen(field_transformer=v.readers)
 class Support:
     """How the film is held: one kind all around, or a table of kinds by side or tagged boundary.
 
@@ -62,7 +70,18 @@ class Support:
     Sides that a table does not name get its ``default``, and are free without one.
     """
 
-    edge: Kind | Mapping[str, Kind] = v.custom("support.edge", _sides, default="clamped")
+    edge: Kind | Mapping[str, Kind] = attrs.field(
+        default="clamped", metadata=v.custom("support.edge", _sides)
+    )
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any]) -> Support:
+        """Read [support]; raises SceneError, with what to write for a side beside ``edge``."""
+        beside = [key for key in table if key != "edge"]
+        if not beside:
+            return v.from_table(cls, "support", table)
+        key = v.did_you_mean(beside[0], ["edge"]) or f"; write edge = {{ {beside[0]} = ... }}"
+        raise SceneError(f"support.{beside[0]}: unknown key{key}; allowed: edge")
 
     @property
     def default(self) -> Kind:

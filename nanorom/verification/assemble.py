@@ -250,9 +250,7 @@ def _named(film: Film, parity: Parity) -> tuple[Array, Array, Array]:
     return film.shapes(parity), values, np.sqrt(values) / film.quality[own]
 
 
-def _completed(
-    film: Film, dynamics: ClassDynamics, highest: float, flat: bool
-) -> ClassDynamics:
+def _completed(film: Film, dynamics: ClassDynamics, highest: float, flat: bool) -> ClassDynamics:
     """The same with modes up to a frequency, and with the damping of what is beyond."""
     count = dynamics.modes.shape[1] + FIRST_BEYOND
     stiffness = dynamics.stiffness if flat else None

@@ -1,8 +1,9 @@
 """One modal orbit beside the film's: what it is wrong by, as estimated and as solved for.
 
-The estimate is the first correction that Newton's method would make, its linear system solved by
-the preconditioner alone: the modal Jacobian on all named modes, Hill's equation of each mode
-beyond.  It costs one force of the film.  At a fold the drive frequency is a further unknown, and
+The estimate is the first correction that Newton's method would make, its linear system solved in a
+few directions only: modes outside answer to the residual that the modal orbit leaves in the film,
+each by the dynamic stiffness that it has along the orbit, and the model answers to them.  At a
+fold the drive frequency is a further unknown, and
 the orbit is looked for across the branch: at a given frequency there may be none.
 """
 

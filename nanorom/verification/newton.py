@@ -23,6 +23,7 @@ MOST_HALVINGS = 4
 FORCING = 1e-2, 1e-3  # of the residual that the first, and a later correction may leave
 SAFE = 0.3  # of what is still wanted, that a last correction leaves
 MOST_DIRECTIONS = 60  # of GMRES, far more than a good start takes
+ESTIMATED = 4  # directions of GMRES for an estimate
 GROWTH = 1e3  # of the residual: beyond that nothing is near
 
 
@@ -53,11 +54,15 @@ class FirstCorrection:
 
 
 def first_correction(model: Model, x: Array, rate: float, border: Border) -> FirstCorrection:
-    """What coefficients (n, 2H + 1) and a rate are wrong by, at the cost of one force."""
+    """What coefficients (n, 2H + 1) and a rate are wrong by, at the cost of a few forces.
+
+    Modes outside answer to the first direction of GMRES, the model to them in the second.
+    """
     equations = model.equations
     residual, state = equations.residual(x, rate)
     size = equations.norm(residual) / equations.driving(x)
-    change, by_rate = Preconditioner(model, x, rate, state, border)(-residual, 0.0)
+    system = _Linear(model, x, rate, state, border)
+    change, by_rate, _ = system.solve(-residual, 0.0, ESTIMATED)
     return FirstCorrection(size, change, by_rate)
 
 
@@ -110,9 +115,7 @@ def correct(
 class _Linear:
     """The bordered linear system of one step."""
 
-    def __init__(
-        self, model: Model, x: Array, rate: float, state: State, border: Border
-    ) -> None:
+    def __init__(self, model: Model, x: Array, rate: float, state: State, border: Border) -> None:
         self.model, self.rate, self.state, self.border = model, rate, state, border
         self.preconditioner = Preconditioner(model, x, rate, state, border)
 
@@ -127,7 +130,9 @@ class _Linear:
             last += float(np.vdot(self.border.direction, modal))
         return force, last
 
-    def solve(self, forces: Array, tolerance: float) -> tuple[Array, float, int]:
+    def solve(
+        self, forces: Array, tolerance: float, most: int = MOST_DIRECTIONS
+    ) -> tuple[Array, float, int]:
         """Change of coefficients and rate to a relative tolerance, and evaluations taken."""
         equations = self.model.equations
         flexible = equations.flexibility(forces)
@@ -135,10 +140,10 @@ class _Linear:
         basis = [(forces / beta, 0.0)]
         duals = [(flexible / beta, 0.0)]
         changes: list[tuple[Array, float]] = []
-        matrix = np.zeros((MOST_DIRECTIONS + 1, MOST_DIRECTIONS))
-        target = np.zeros(MOST_DIRECTIONS + 1)
+        matrix = np.zeros((most + 1, most))
+        target = np.zeros(most + 1)
         target[0] = beta
-        for j in range(MOST_DIRECTIONS):
+        for j in range(most):
             changes.append(self.preconditioner(*basis[j]))
             force, last = self.apply(*changes[j])
             for _ in range(2):  # once more, for what rounding left

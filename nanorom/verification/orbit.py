@@ -114,9 +114,7 @@ def largest_deflection(problem: Problem, coefficients: Array) -> float:
     return float(np.abs(height).max() * problem.film.units.deflection)
 
 
-def _levels(
-    drive: Drive, direct: float | None, parametric: float | None
-) -> tuple[float, float]:
+def _levels(drive: Drive, direct: float | None, parametric: float | None) -> tuple[float, float]:
     if direct is not None or parametric is not None:
         return direct or 0.0, parametric or 0.0
     if len(drive.levels) != 1:

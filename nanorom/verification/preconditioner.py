@@ -100,9 +100,7 @@ class Model:
 class Preconditioner:
     """An approximate inverse of the bordered Jacobian about a state. Cheap to make."""
 
-    def __init__(
-        self, model: Model, x: Array, rate: float, state: State, border: Border
-    ) -> None:
+    def __init__(self, model: Model, x: Array, rate: float, state: State, border: Border) -> None:
         self.model, self.equations = model, model.equations
         self.by_rate = self.equations.by_rate(x, rate)
         jacobian = model.jacobian(x, rate)

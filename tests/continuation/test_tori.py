@@ -8,7 +8,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nanorom.continuation import ModalSystem, explore, follow_torus
+from nanorom.continuation.sweep import equations
 from nanorom.errors import ContinuationError
+from tests.continuation.systems import random_potential
 
 RANGE, LEVEL = (0.97, 1.03), 0.01
 # second base frequency by DOP853 (relative error 3e-13) of the equations as they stand, started
@@ -20,6 +22,7 @@ SLOW_DYNAMICS = 4e-4  # error of a reduction to slow dynamics of third order, wh
 MOTION_ERROR = 1e-9
 TRACE_ERROR = 1e-5  # of the sum; along a small curve its own direction is known less well
 RESIDUAL = 1e-9
+TONGUE = (2e-9, 3e-9)  # width of one of order thirteen at this damping
 GROWTH_ERROR = 0.02  # four turns are no whole number of periods of the drive
 
 
@@ -187,6 +190,50 @@ def test_level_can_be_varied_instead_of_frequency(starts, families):
     assert abs(family.parameter[0] - LEVEL) < 1e-6
     assert abs(family.second[0] - again.second[0]) < 1e-5
     assert known.stable
+
+
+def test_a_motion_in_time_leads_to_the_same_family(families):
+    """From a state off the torus that settles on it."""
+    omega = 0.9885
+    state = np.array([-0.1636, -0.1364, 0.0564, 0.1477])
+    family = follow_torus(
+        two_modes(), state, (0.988, 0.9886), direct=LEVEL, at=omega, waited=200, steps=1
+    )
+    assert len(family) == 3
+    assert family.omega[0] < family.omega[1] < family.omega[2]
+    (known,) = families[0].at(omega)[:1]
+    assert abs(abs(family.second[1]) - SECOND[omega]) < ROTATION_ERROR * SECOND[omega]
+    assert np.abs(family.amplitude[1] - known.amplitude).max() < MOTION_ERROR
+
+
+def test_a_motion_that_comes_to_rest_is_no_torus():
+    system = ModalSystem(damping=[0.3], stiffness=[1.0], cubic=[[[[1.0]]]], direct=[1.0])
+    with pytest.raises(ContinuationError, match="periodic"):
+        follow_torus(system, np.zeros(2), (0.8, 0.9), direct=0.1, at=0.85, waited=25)
+
+
+def test_tongue_is_named_with_its_ends():
+    """Two modes 1:3 whose second frequency passes a thirteenth of the drive's."""
+    system = random_potential(2, 0, quality=100.0)
+    (point,) = explore(system, (1.5, 2.2), direct=0.1, tolerance=1e-8).points("NS")
+    family = follow_torus(system, point, (1.9, 1.9912), direct=0.1, harmonics=33)
+    (tongue,) = family.tongues
+    assert tongue.name == "1:13"
+    assert TONGUE[0] < tongue.width < TONGUE[1]
+    # between the tori that turn faster and slower
+    slower = np.flatnonzero(family.rotation < 1 / 13)[0]
+    assert family.omega[slower - 1] < tongue.low < tongue.high < family.omega[slower]
+    # the locked orbit returns after thirteen periods, by another integrator
+    orbit = tongue.locked
+    assert orbit.period_multiple == 13
+    unit = system.scaled(0.1)
+    start = np.concatenate([orbit(0.0), orbit.velocity(0.0)])
+    scale = np.repeat([unit.amplitude, unit.amplitude * unit.frequency], 2)
+    rate = orbit.omega / unit.frequency
+    span = (0.0, 13 * 2 * np.pi / rate)
+    options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    end = solve_ivp(equations(unit, rate), span, start / scale, **options).y[:, -1] * scale
+    assert np.abs(end - start).max() < MOTION_ERROR * 10
 
 
 @pytest.mark.parametrize(

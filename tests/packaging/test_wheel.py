@@ -89,7 +89,7 @@ def test_checkout_finds_every_geometry_file(tmp_path: Path) -> None:
 
 def test_entry_point_is_the_command_line() -> None:
     (entry,) = importlib.metadata.entry_points(group="console_scripts", name="nanorom")
-    assert entry.value == "nanorom.cli:main"
+    assert entry.value == "nanorom.cli.main:main"
     assert callable(entry.load())
 
 

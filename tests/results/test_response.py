@@ -209,3 +209,25 @@ def test_a_file_of_before_says_nothing_of_what_was_not_explored(response, tmp_pa
         for level in file["level"].values():
             del level["unexplored"]
     assert [d.unexplored for d in Response.load(tmp_path / "response.h5").diagrams] == [[], []]
+
+
+def test_families_and_double_points_are_kept(tmp_path):
+    one = np.eye(2)
+    isotropic = np.einsum("rj,kl->rjkl", one, one) + np.einsum("rk,jl->rjkl", one, one)
+    pair = ReducedModel(
+        frequency=[1 / (2 * np.pi)] * 2,
+        mass=[1.0, 1.0],
+        label=["f11c", "f11s"],
+        number=[1, 2],
+        stiffness=one,
+        damping=0.01 * one,
+        quadratic=np.zeros((2, 2, 2)),
+        cubic=(isotropic + np.einsum("rl,jk->rjkl", one, one)) / 3,
+        drive={"pressure": [0.0, 0.0]},
+        parametric={"tension": -one},
+    )
+    respond(pair, Drive(0.0, 0.05), Sweep("1.9 f1", "2.1 f1")).save(tmp_path / "response.h5")
+    (diagram,) = Response.load(tmp_path / "response.h5").diagrams
+    assert [point.multiplicity for point in diagram.points("PD")] == [2, 2]
+    assert [branch.family for branch in diagram.branches] == [False, True, True]
+    assert [branch.wave for branch in diagram.branches] == ["", "standing", "standing"]

@@ -106,6 +106,25 @@ def test_paper_coefficients_carry_the_multiplicity(make_model):
     assert model.b(1)[1, 1, 2] == pytest.approx(3 * model.b(2)[1, 1, 1], rel=ROUND_OFF)
 
 
+def test_paper_coefficients_are_found_in_any_order_and_by_name(make_model):
+    model = make_model(3)
+    first, second, third = model.label
+    assert model.b(2)[3, 1, 1] == model.b(2)[1, 3, 1] == model.b(2)[1, 1, 3]
+    assert model.b(second)[third, first, first] == model.b(2)[1, 1, 3]
+    assert model.alpha(second)[2, first] == model.alpha(2)[1, 2]
+    assert list(model.alpha(1)) == [(1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3)]
+    for wrong, message in [
+        (lambda: model.b("f99"), "equation: found 'f99'; allowed: 1 to 3, or f0é"),
+        (lambda: model.b(4), "equation: found 4; allowed: 1 to 3"),
+        (lambda: model.b(0), "equation: found 0; allowed"),
+        (lambda: model.b(1)[1, 1, 4], "coefficient: found 4; allowed: 1 to 3"),
+        (lambda: model.b(1)[1, 1], r"coefficient: found \(1, 1\); allowed: 3 modes"),
+        (lambda: model.alpha(1)["f0é"], "coefficient: found 'f0é'; allowed: 2 modes"),
+    ]:
+        with pytest.raises(ModelError, match=message):
+            wrong()
+
+
 def test_tensors_are_made_symmetric_in_the_indices_of_the_amplitudes(make_model):
     cubic = np.zeros((2, 2, 2, 2))
     cubic[0, 0, 0, 1] = 6.0

@@ -5,6 +5,7 @@ found.
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,14 +14,16 @@ from scipy.integrate import cumulative_trapezoid
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.floquet import FloquetSolver
-from nanorom.continuation.orbits.orbit import Orbit, same_orbit
-from nanorom.types import Array
+from nanorom.continuation.orbits.orbit import Orbit, orbit_state, same_orbit
+from nanorom.types import Array, Numbers
 
 ARC_POINTS = 33
 LEAST_POINTS = 60  # on a branch, for a smooth picture; half as many where they cost most
 FEW_MODES = 4
 TAYLOR_SPACING = 2.0  # lengths of a Taylor series between two points
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
+TURNED = 1e-6  # of an orbit: changes by a rotation
+NEARBY = 1e-4  # of an orbit that a step is to pass: series are less exact than orbits
 MARGIN = 1e-3  # of a step at the ends of a path, where a bifurcation may be
 
 
@@ -37,6 +40,7 @@ class Path:
 
     def __init__(self, tracer: Tracer, floquet: FloquetSolver, steps: list[Series]) -> None:
         self.tracer, self.floquet, self.steps = tracer, floquet, steps
+        self.generators: list[Array] = []  # of rotations that turn its orbits into others
         self.symmetric = floquet.signs(tracer.support) is not None
         self._arcs = [_arc_length(step) for step in steps]
         self.offsets = np.concatenate([[0.0], np.cumsum([length[-1] for _, length in self._arcs])])
@@ -107,22 +111,67 @@ class Path:
         2L); over half a period, with the symmetry applied, if the path is symmetric.
         """
         orbits = [self.orbit(place) for place in places]
-        result = np.empty((len(places), self.floquet.entries(self.tracer.support)))
-        eigenvalues = np.empty((len(places), 2 * self.tracer.system.size), dtype=complex)
+        size = 2 * self.tracer.system.size
+        result = np.empty((len(places), self.entries))
+        eigenvalues = np.empty((len(places), size), dtype=complex)
         rows = np.array([len(orbit.coefficients) for orbit in orbits])
         for count in np.unique(rows):
             members = np.flatnonzero(rows == count)
-            result[members], eigenvalues[members] = self.floquet.maps(
-                np.stack([orbits[i].coefficients for i in members]),
-                np.array([orbits[i].rate for i in members]),
-                self.tracer.period_multiple,
-                self.tracer.support,
+            result[members], eigenvalues[members] = self.monodromy(
+                [orbits[i] for i in members], self.floquet
             )
         return result, eigenvalues
 
-    def eigenvalues(self, maps: Array) -> Array:
+    @property
+    def entries(self) -> int:
+        """Number of entries d of the matrices of `maps`."""
+        whole = (2 * self.tracer.system.size) ** 2
+        return whole if self.generators else self.floquet.entries(self.tracer.support)
+
+    def monodromy(self, orbits: Sequence[Orbit], floquet: FloquetSolver) -> tuple[Array, Numbers]:
+        """As `maps`, for orbits of one number of harmonics.
+
+        Where the system can be turned, the multiplier 1 along the family of turned orbits is made 0
+        (Wielandt's deflation), lest it hides the others.
+        """
+        coefficients = np.stack([orbit.coefficients for orbit in orbits])
+        rates = np.array([orbit.rate for orbit in orbits])
+        given = coefficients, rates, self.tracer.period_multiple, self.tracer.support
+        if not self.generators:
+            return floquet.maps(*given)
+        maps = floquet.monodromy(*given)[0]
+        states = np.array([orbit_state(orbit) for orbit in orbits])
+        for turn in self.generators:
+            along = states @ np.kron(np.eye(2), turn).T
+            along /= np.linalg.norm(along, axis=1)[:, None]
+            factor = np.einsum("ni,nij,nj->n", along, maps, along)
+            maps = maps - factor[:, None, None] * along[:, :, None] * along[:, None, :]
+        flat = maps.reshape(len(maps), -1)
+        return flat, self.eigenvalues(flat)
+
+    def eigenvalues(self, maps: Array) -> Numbers:
         """Eigenvalues (n, 2L) of matrices (n, d) as `maps` returns them."""
-        return self.floquet.eigenvalues(maps, self.tracer.support)
+        if not self.generators:
+            return self.floquet.eigenvalues(maps, self.tracer.support)
+        size = 2 * self.tracer.system.size
+        return np.linalg.eigvals(maps.reshape(-1, size, size)).astype(complex)
+
+    def turned_by(self, generators: Sequence[Array]) -> None:
+        """Take note of the rotations that turn its orbits into others."""
+        middle = self.place(self.offsets[-1] / 2)
+        coefficients = self.orbit(middle).coefficients
+        size = np.abs(coefficients).max(initial=0.0)
+        self.generators = [
+            turn for turn in generators if np.abs(coefficients @ turn.T).max() > TURNED * size
+        ]
+
+    def passing(self, orbit: Orbit) -> tuple[Series, float] | None:
+        """The step and the place in it at which the path passes through an orbit."""
+        for step in self.steps:
+            for root in step.crossings(orbit.rate):
+                if same_orbit(self.tracer.orbit(step, root), orbit, NEARBY):
+                    return step, root
+        return None
 
 
 def _arc_length(step: Series) -> tuple[Array, Array]:

@@ -148,9 +148,9 @@ class Takeover:
         return Orbit(coefficients, point.omega / self.period_multiple, self.period_multiple)
 
     def amplitudes(self, point: Point) -> Array:
-        """max |q_r| over the period, (L,)."""
+        """max |q_r| over the period in the coordinates and units of the model, (L,)."""
         samples, size = self._samples(point), self.system.size
-        q, v = samples[:, :size], samples[:, size:]
+        q, v = self.system.given(samples[:, :size]), self.system.given(samples[:, size:])
         best = np.abs(q).argmax(axis=0)
         modes = np.arange(size)
         found = np.abs(q[best, modes])

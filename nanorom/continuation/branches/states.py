@@ -21,7 +21,10 @@ TRUNCATION = 1e-11  # of multipliers that tell stability, not where it changes
 
 @attrs.frozen(eq=False)
 class State:
-    """One point of a branch: omega, amplitude (L,), multipliers (2L,), stability and the orbit."""
+    """One point of a branch, in the system's units.
+
+    omega; amplitude (L,) = max |q_r| over a period; multipliers (2L,); stable; orbit.
+    """
 
     omega: float
     amplitude: Array
@@ -42,6 +45,8 @@ def states(
 ) -> Iterator[State]:
     """States of the response from rest, one per step, computed as they are asked for.
 
+    omega: (low, high) in rad per unit of time; direct, parametric: levels in units of the patterns;
+    tolerance: relative, of the orbits.
     Starts at omega[0] (at omega[1] if `falling`) and goes round folds until the branch leaves the
     range. Raises ContinuationError like `explore`.
     """

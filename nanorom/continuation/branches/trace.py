@@ -205,6 +205,10 @@ class Tracer:
             border[:-1] = balance.basis.pack(balance.basis.compress(np.asarray(direction)))
         return border / np.linalg.norm(border)
 
+    def tangent(self, series: Series, a: float, harmonics: int) -> Array:
+        """The tangent (n + 1,) of the branch at a place of a step, on a number of harmonics."""
+        return self.transfer(series.balance, harmonics, series.at(a)[0], series.tangent(a))[1]
+
     def transfer(
         self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array
     ) -> tuple[Array, Array]:

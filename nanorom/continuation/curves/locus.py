@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 from nanorom.continuation.branches.march import STRAIGHT, March, StepControl
 from nanorom.continuation.diagrams.diagram import SpecialPoint
 from nanorom.continuation.orbits.bifurcations import KINDS, REAL, TORUS
+from nanorom.continuation.orbits.coordinates import turned_by, with_symmetries
 from nanorom.continuation.orbits.harmonics import (
     HARMONIC_LADDER,
     Support,
@@ -91,7 +92,7 @@ def locus(
     ContinuationError
         for an unknown parameter or a point that cannot be followed.
     """
-    unit = system.scaled(direct, parametric)
+    unit = with_symmetries(system.scaled(direct, parametric))
     low, high = (value / unit.frequency for value in check_range(omega))
     added, start = _parameter(system, parameter, {"direct": direct, "parametric": parametric})
     if not level[0] <= start <= level[1] or not np.isfinite(level).all():
@@ -99,7 +100,7 @@ def locus(
             f"level: range ({level[0]:g}, {level[1]:g}) does not hold that of the point, {start:g}"
         )
     size = start or max(abs(level[0]), abs(level[1]))  # of the parameter, the unit of its steps
-    change = system.change(added, unit).times(size)
+    change = turned_by(system.change(added, unit), unit.shapes).times(size)
     least, most = sorted(value / size for value in level)
     limits = (low, high), (least, most)
     curve = _Curve(unit.plus(change, -start / size), change, point, limits, start / size)
@@ -111,7 +112,7 @@ def locus(
         parameter=parameter if isinstance(parameter, str) else ", ".join(parameter),
         omega=np.array([p.rate for p in points]) * point.period_multiple * unit.frequency,
         level=np.array([p.level for p in points]) * size,
-        amplitude=np.array([orbit_amplitudes(p.full[None])[0] for p in points]) * unit.amplitude,
+        amplitude=np.array([orbit_amplitudes(unit.given(p.full)[None])[0] for p in points]),
         turns=np.flatnonzero([p.turn for p in points]),
     )
 
@@ -176,7 +177,7 @@ class _Curve:
             critical = pairs[np.abs(np.abs(pairs) - 1).argmin()]
             shift = float(np.angle(critical) / (2 * np.pi))
         rate = point.omega / origin.frequency / point.period_multiple
-        full = point.coefficients / origin.amplitude
+        full = origin.inner(point.coefficients)
         self.start = _Point(full, rate, level, shift)
         self.support = self._support(full)
 

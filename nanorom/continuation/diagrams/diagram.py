@@ -15,7 +15,8 @@ class SpecialPoint:
 
     type: code of a row of `orbits.bifurcations`, LP, PD, NS or BP; omega in the user's unit;
     amplitude (L,) = max |q_r| over a period; multipliers (2L,); state (2L,) = (q, dq/dt) at forcing
-    phase 0; branch: index of the branch it lies on.
+    phase 0; branch: index of the branch it lies on; coefficients (2H + 1, L) of the orbit, as of a
+    `Branch`; multiplicity: how many multipliers (pairs of an NS) are critical at once.
     """
 
     type: str
@@ -26,6 +27,12 @@ class SpecialPoint:
     branch: int
     period_multiple: int
     coefficients: Array = attrs.field(repr=False)
+    multiplicity: int = 1
+
+    @property
+    def frequency(self) -> float:
+        """omega / (2 pi): the drive frequency, in Hz where omega is in rad/s."""
+        return self.omega / (2 * np.pi)
 
     @property
     def orbit(self) -> PeriodicOrbit:
@@ -35,13 +42,15 @@ class SpecialPoint:
 
 @attrs.define(eq=False)
 class Branch:
-    """A branch of periodic orbits of period period_multiple * 2 pi / omega.
+    """A branch of periodic orbits of period period_multiple * 2 pi / omega, in the system's units.
 
     omega (n,); amplitude (n, L) = max |q_r| over a period; stable (n,); multipliers (n, 2L),
     largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
     omega t / period_multiple, ordered 1, cos, sin, cos 2, ...; parent: index of the branch it
     bifurcates from, or None; origin: index of the special point it starts at, or None; ending: why
-    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost").
+    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost"). wave: of a system
+    with pairs of equal frequency, whether a pair moves along a line ("standing") or not
+    ("travelling"); family: the branch is one of many, turned into each other by a symmetry.
     """
 
     omega: Array
@@ -53,6 +62,13 @@ class Branch:
     origin: int | None
     coefficients: list[Array] = attrs.field(repr=False)
     ending: str = ""
+    wave: str = ""
+    family: bool = False
+
+    @property
+    def frequency(self) -> Array:
+        """omega / (2 pi) (n,): the drive frequencies, in Hz where omega is in rad/s."""
+        return np.asarray(self.omega) / (2 * np.pi)
 
     def orbit(self, index: int) -> PeriodicOrbit:
         """The periodic orbit of one point of the branch."""
@@ -79,9 +95,12 @@ class Unexplored:
     why: str
 
 
-@attrs.define(eq=False)
+@attrs.define(eq=False, repr=False)
 class Diagram:
-    """All branches and special points of one drive level, and what is known to be missing."""
+    """All branches and special points of one drive level, and what is known to be missing.
+
+    direct, parametric: the level, in units of the system's patterns.
+    """
 
     branches: list[Branch]
     special_points: list[SpecialPoint]
@@ -97,8 +116,14 @@ class Diagram:
             if (kind is None or point.type == kind) and (branch is None or point.branch == branch)
         ]
 
+    def __repr__(self) -> str:
+        return str(self)
+
     def __str__(self) -> str:
         lines = [f"{len(self.branches)} branches, {len(self.special_points)} special points"]
+        for number, branch in enumerate(self.branches):
+            if branch.family:
+                lines.append(f"branch {number}: {branch.wave} waves, one of a family")
         for point in self.special_points:
             amplitude = np.array2string(point.amplitude, precision=4, max_line_width=60)
             lines.append(

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nanorom.continuation.branches.path import TURNED
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.start import first_orbit, fixed_rate, follow_closed
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import Node, Record
+from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import forced_support, full_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, same_orbit
-from nanorom.continuation.points.switching import Bifurcation, Start
+from nanorom.continuation.points.directions import breaking, crossing
+from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
 from nanorom.continuation.settings import Settings, check_range
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
@@ -78,7 +81,7 @@ def explore(
     settings = Settings(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
-    scaled = system.scaled(direct, parametric)
+    scaled = with_symmetries(system.scaled(direct, parametric))
     explorer = _Explorer(Record(scaled, (low, high), settings), (direct, parametric))
     return explorer.run(seeds) if known is None else explorer.extend(known, seeds)
 
@@ -194,21 +197,52 @@ class _Explorer:
     def _switch(self, node: Node) -> None:
         if node.reached and node.kind.period_factor > 1:
             return
-        try:
-            bifurcation = Bifurcation(
-                self.scaled, node.path.tracer.support, node.orbit, node.kind, self.settings
-            )
+        found: list[tuple[Bifurcation, Start]] = []
+        failed: ContinuationError | None = None
+        for bifurcation in self._bifurcations(node):
             rates = self.record.rates(bifurcation.tracer.period_multiple, True)
-            starts = bifurcation.starts(rates)
-        except ContinuationError as error:
-            self.record.leave("branch", node.orbit.omega, f"{node.kind.name}: {error}")
+            try:
+                starts = bifurcation.starts(rates)
+            except ContinuationError as error:
+                failed = error
+                continue
+            found += [
+                (bifurcation, start)
+                for start in starts
+                if not any(start.is_image(other, self.scaled) for _, other in found)
+            ]
+        if not found and failed is not None:
+            self.record.leave("branch", node.orbit.omega, f"{node.kind.name}: {failed}")
+        if len(found) == 1 and node.reached:
             return
-        if len(starts) == 1 and node.reached:
-            return
-        for start in starts:
-            certain = len(starts) == 1 and start.before is not None and not self.record.known
+        for bifurcation, start in found:
+            certain = len(found) == 1 and start.before is not None and not self.record.known
             if certain or self.record.is_new(start.orbit):
+                rates = self.record.rates(bifurcation.tracer.period_multiple, True)
                 self._follow(node, bifurcation, start, rates)
+
+    def _bifurcations(self, node: Node) -> list[Bifurcation]:
+        """The branches that may leave a special point."""
+        support, orbit, kind = node.path.tracer.support, node.orbit, node.kind
+        given = self.scaled, support, orbit, kind
+        directions, size = breaking(*given, node.multiplicity)
+        passing = node.path.passing(orbit) if kind.period_factor == 1 else None
+        if passing is not None and node.multiplicity == 1:
+            harmonics = (len(orbit.coefficients) - 1) // 2
+            tangent = node.path.tracer.tangent(*passing, harmonics)
+            direction, rate, rest = crossing(self.scaled, support, orbit, tangent)
+            if rest < size:
+                p = orbit.period_multiple
+                stops = [
+                    other.orbit
+                    for other in self.record.nodes
+                    if other is not node and other.orbit.period_multiple == p
+                ]
+                return [Crossing(*given, direction, self.settings, rate, stops)]
+        for turn in self.record.generators:
+            if directions and np.abs(directions[0] @ turn.T).max() > TURNED:
+                directions = directions[:1]  # the others are that one turned
+        return [Bifurcation(*given, direction, self.settings) for direction in directions]
 
     def _follow(
         self, node: Node, bifurcation: Bifurcation, start: Start, rates: tuple[float, float]

@@ -37,7 +37,7 @@ def explore_levels(
     Parameters
     ----------
     system, omega, options : as for `explore`
-    levels : (direct, parametric) pairs
+    levels : (direct, parametric) pairs, in units of the patterns
     processes : number of processes; the cores at hand if left out, 1 for none but this one
     progress : called with (levels done, of how many) whenever a level is finished
 
@@ -64,7 +64,7 @@ def explore_each(
 ) -> Iterator[tuple[int, Diagram]]:
     """`explore` at every drive level: (number of the level, diagram) as they are finished.
 
-    Parameters and errors are those of `explore_levels`.
+    Parameters, their units and ContinuationError are those of `explore_levels`.
     """
     levels = _checked(levels)
     # strong drive costs most: start there
@@ -84,6 +84,7 @@ def add_isolas(
 
     diagrams : those of `explore_levels`, in the order of the levels; the other parameters are those
         they were made with. A level that gained a branch serves its neighbours in turn.
+    Raises ContinuationError as `explore_levels`.
     """
     found = list(diagrams)
     changed = set(range(len(found)))

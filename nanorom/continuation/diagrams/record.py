@@ -16,6 +16,7 @@ from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.isolas import is_near
 from nanorom.continuation.orbits.bifurcations import Kind
+from nanorom.continuation.orbits.coordinates import generators, wave
 from nanorom.continuation.orbits.floquet import FloquetSolver, sort_multipliers
 from nanorom.continuation.orbits.orbit import (
     Orbit,
@@ -46,6 +47,7 @@ class Node:
 
     point: SpecialPoint
     kind: Kind
+    multiplicity: int
     orbit: Orbit
     path: Path
     generation: int
@@ -70,6 +72,7 @@ class Record:
         self.points: list[SpecialPoint] = []
         self.nodes: list[Node] = []
         self.unexplored: list[Unexplored] = []
+        self.generators = generators(scaled)
         self.known: list[Branch] = []  # followed before: their paths are not at hand
 
     def begin_with(self, diagram: Diagram) -> None:
@@ -129,6 +132,7 @@ class Record:
     ) -> None:
         """Find the special points of a traced branch and add both."""
         path = Path(tracer, self.floquet, steps)
+        path.turned_by(self.generators)
         self.paths.append(path)
         detector = Detector(path)
         index = len(self.branches)
@@ -148,7 +152,9 @@ class Record:
             point = self._special_point(polished, index)
             self.points.append(point)
             if polished.kind.branches:
-                node = Node(point, polished.kind, polished.orbit, path, generation)
+                node = Node(
+                    point, polished.kind, polished.multiplicity, polished.orbit, path, generation
+                )
                 self.nodes.append(node)
         self.points += taken_over
         branch = self.branches[index]
@@ -161,6 +167,13 @@ class Record:
         found: list[Polished] = []
         for detected in detector.find():
             polished = polish(path, detected, self.precise, self.shooting)
+            if polished is None and detected.multiplicity > 1:
+                self.leave(
+                    "point",
+                    path.orbit(detected.place).omega,
+                    f"{detected.multiplicity} multipliers cross the circle together "
+                    f"({detected.kind.name}), which shooting does not confirm",
+                )
             exact = detector.located(detected) if polished is None else None
             if exact is not None:
                 polished = polish(path, exact, self.precise, self.shooting)
@@ -186,7 +199,7 @@ class Record:
             omega = np.array([point.omega for point in points]) * self.scaled.frequency
             amplitude = np.array([shooting.amplitudes(point) for point in points])
             branch.omega = np.append(branch.omega, omega)
-            branch.amplitude = np.vstack([branch.amplitude, amplitude * self.scaled.amplitude])
+            branch.amplitude = np.vstack([branch.amplitude, amplitude])
             branch.multipliers = np.vstack([branch.multipliers, multipliers])
             branch.stable = np.append(branch.stable, np.abs(multipliers[:, 0]) < 1.0)
             branch.coefficients += [self.scaled.given(orbit.coefficients) for orbit in orbits]
@@ -201,16 +214,22 @@ class Record:
         orbits = [path.orbit(place) for place in places]
         coefficients = [self.scaled.given(orbit.coefficients) for orbit in orbits]
         multipliers = sort_multipliers(eigenvalues**2 if path.symmetric else eigenvalues)
+        stable = np.abs(multipliers[:, 0]) < 1.0
+        if path.generators:  # where the path has zeros instead
+            multipliers[:, -len(path.generators) :] = 1.0
+            multipliers = sort_multipliers(multipliers)
         return Branch(
             omega=np.array([orbit.omega for orbit in orbits]) * self.scaled.frequency,
             amplitude=_amplitudes(coefficients),
-            stable=np.abs(multipliers[:, 0]) < 1.0,
+            stable=stable,
             multipliers=multipliers,
             period_multiple=path.tracer.period_multiple,
             parent=None if origin is None else origin.point.branch,
             origin=None if origin is None else self.points.index(origin.point),
             coefficients=coefficients,
             ending=path.tracer.ending,
+            wave=wave(self.scaled, orbits[len(orbits) // 2].coefficients),
+            family=bool(path.generators),
         )
 
     def _special_point(self, polished: Polished, index: int) -> SpecialPoint:
@@ -225,6 +244,7 @@ class Record:
             branch=index,
             period_multiple=orbit.period_multiple,
             coefficients=orbit.coefficients,
+            multiplicity=polished.multiplicity,
         )
 
 

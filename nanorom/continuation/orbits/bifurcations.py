@@ -18,11 +18,14 @@ from typing import Literal
 import attrs
 import numpy as np
 
+from nanorom.continuation.orbits.pairs import Index
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
 CONFIRMED = 1e-7  # of a critical multiplier: what a point may be off by and still is reported
 NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
+ON_CIRCLE = 1e-9  # of a modulus: round-off of those that are 1 throughout
+ALIKE = 1e-4  # imaginary part of a real multiplier that another one comes close to
 REAL = 1e-9  # imaginary part below which a multiplier is a real one
 TINY = 1e-300  # keeps the logarithm of zero finite
 
@@ -60,12 +63,17 @@ class Kind:
         """
         return self.condition in ("turn", "unit")
 
-    def distance(self, multipliers: Numbers) -> float:
-        """Of the critical multiplier from where it belongs; multipliers (2L,) of a whole period."""
+    def distance(self, multipliers: Numbers, multiplicity: int = 1) -> float:
+        """Of the critical multiplier from where it belongs; multipliers (2L,) of a whole period.
+
+        multiplicity : how many of them (or pairs) are to be there; the farthest counts
+        """
         if self.condition == "circle":
-            complex_ones = multipliers[np.abs(multipliers.imag) > REAL]
-            return float(np.abs(np.abs(complex_ones) - 1).min(initial=np.inf))
-        return float(np.abs(multipliers - TARGETS[self.condition]).min())
+            distances = np.abs(np.abs(multipliers[multipliers.imag > REAL]) - 1)
+        else:
+            distances = np.abs(multipliers - TARGETS[self.condition])
+        missing = np.full(multiplicity, np.inf)
+        return float(np.sort(np.append(distances, missing))[multiplicity - 1])
 
     def crossing(self, multipliers: Numbers) -> float:
         """A number that changes sign where it happens (not for a turn, which is the branch's)."""
@@ -100,12 +108,14 @@ def signed_log_product(factors: Numbers) -> tuple[Array, Array]:
     return signs, logs
 
 
-def test_function(condition: Condition, eigenvalues: Numbers, slopes: Array) -> tuple[Array, Array]:
+def test_function(
+    condition: Condition, eigenvalues: Numbers, slopes: Array, pairs: tuple[Index, Index]
+) -> tuple[Array, Array]:
     """Sign and log modulus of the test function of a condition at points with eigenvalues (n, 2L)
-    and slopes (n,) of the rate.
+    and slopes (n,) of the rate; `pairs` of eigenvalues that belong to the same modes.
     """
     if condition == "circle":
-        first, second = np.triu_indices(eigenvalues.shape[-1], 1)
+        first, second = pairs
         return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - 1.0)
     signs, logs = signed_log_product(eigenvalues - TARGETS[condition])
     if condition == "unit":
@@ -114,21 +124,33 @@ def test_function(condition: Condition, eigenvalues: Numbers, slopes: Array) -> 
     return signs, logs
 
 
-def critical_value(kind: Kind, symmetric: bool) -> Callable[[Numbers, float], float]:
+def critical_value(
+    kind: Kind, symmetric: bool, multiplicity: int = 1
+) -> Callable[[Numbers, float], float]:
     """A smooth function of the eigenvalues (2L,) and the slope of the rate that is zero at the
     point.
 
-    A product, not the critical eigenvalue itself: that is not smooth where it meets another one.
+    A product, not the critical eigenvalue itself: that is not smooth where it meets another one. Of
+    several that are critical at once, their mean: the product has no change of sign there.
     """
     chosen: dict[str, float] = {}
+
+    def mean(eigenvalues: Numbers, slope: float) -> float:
+        if kind.condition == "circle":
+            logs = np.log(np.abs(eigenvalues[eigenvalues.imag > REAL]))
+            return float(logs[np.argsort(np.abs(logs))[:multiplicity]].mean())
+        if not chosen:
+            flips = kind.condition == "flip" or (symmetric and _nearer_flip(eigenvalues))
+            chosen["target"] = -1.0 if flips else 1.0
+        gaps = eigenvalues - chosen["target"]
+        return float(gaps[np.argsort(np.abs(gaps))[:multiplicity]].mean().real)
 
     def on_circle(eigenvalues: Numbers, slope: float) -> float:
         return _pair_growth(eigenvalues)
 
     def at_target(eigenvalues: Numbers, slope: float) -> float:
         if not chosen:
-            flip, unit = (np.abs(eigenvalues - target).min() for target in (-1.0, 1.0))
-            flips = kind.condition == "flip" or (symmetric and flip < unit)
+            flips = kind.condition == "flip" or (symmetric and _nearer_flip(eigenvalues))
             chosen["target"] = -1.0 if flips else 1.0
             factors = np.sort(np.abs(eigenvalues - chosen["target"]))
             chosen["unit"] = float(np.prod(factors[1:]))
@@ -139,7 +161,33 @@ def critical_value(kind: Kind, symmetric: bool) -> Callable[[Numbers, float], fl
             raise ContinuationError("a fold at the very place")
         return value / slope  # a fold next to a branch point is none of its zeros
 
+    if multiplicity > 1:
+        return mean
     return on_circle if kind.condition == "circle" else at_target
+
+
+def _nearer_flip(eigenvalues: Numbers) -> bool:
+    return bool(np.abs(eigenvalues + 1).min() < np.abs(eigenvalues - 1).min())
+
+
+def outside(eigenvalues: Numbers) -> Numbers:
+    """How many of the eigenvalues (..., 2L) are outside the unit circle."""
+    return np.asarray((np.abs(eigenvalues) > 1 + ON_CIRCLE).sum(axis=-1))
+
+
+def critical_at(eigenvalues: Numbers, count: int, symmetric: bool) -> list[tuple[Kind, int]]:
+    """The kinds of bifurcation, with their multiplicities, at which the `count` eigenvalues next to
+    the circle cross it.
+    """
+    nearest = eigenvalues[np.argsort(np.abs(np.abs(eigenvalues) - 1))[:count]]
+    real = np.abs(nearest.imag) < ALIKE
+    members: dict[Condition, Numbers] = {
+        "flip": real & (nearest.real < 0),
+        "unit": real & (nearest.real > 0),
+        "circle": ~real,
+    }
+    numbers = {c: int(m.sum()) // CROSSED[c].multipliers for c, m in members.items()}
+    return [(crossed_kind(c, symmetric), number) for c, number in numbers.items() if number]
 
 
 def _pair_growth(eigenvalues: Numbers) -> float:

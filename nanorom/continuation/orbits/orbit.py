@@ -25,28 +25,30 @@ class PeriodicOrbit:
 
     @property
     def period(self) -> float:
+        """Of the motion, in units of time."""
         return 2 * np.pi * self.period_multiple / self.omega
 
     @property
     def harmonics(self) -> int:
+        """Number H of harmonics."""
         return (len(self.coefficients) - 1) // 2
 
     def __call__(self, time: Array | float) -> Array:
-        """Modal coordinates q (..., L) at the times (...)."""
+        """Modal coordinates q (..., L) at the times (...), in the system's units."""
         return np.asarray(self._table(time) @ self.coefficients)
 
     def velocity(self, time: Array | float) -> Array:
-        """dq/dt (..., L) at the times (...)."""
+        """dq/dt (..., L) at the times (...), in the system's units."""
         rate = self.omega / self.period_multiple
         return np.asarray(rate * (self._table(time) @ differentiate(self.coefficients)))
 
     def time_series(self, points: int = 256, periods: int = 1) -> tuple[Array, Array, Array]:
-        """Times (n,), q (n, L) and dq/dt (n, L) over whole periods of the response."""
+        """Times (n,), q (n, L), dq/dt (n, L) over whole periods, in the system's units."""
         times = self.period * np.arange(points * periods + 1) / points
         return times, self(times), self.velocity(times)
 
     def spectrum(self) -> tuple[Array, Array]:
-        """Angular frequencies (H + 1,) and complex amplitudes (H + 1, L).
+        """Angular frequencies (H + 1,), in rad per unit of time, and complex amplitudes (H + 1, L).
 
         q(t) = Re sum_k amplitude_k exp(i frequency_k t).
         """
@@ -57,7 +59,7 @@ class PeriodicOrbit:
         return rate * np.arange(self.harmonics + 1), amplitudes
 
     def shape(self, modes: Array, time: Array | float) -> Array:
-        """Displacement sum_r q_r(t) phi_r (..., P) from mode shapes (L, P)."""
+        """Displacement sum_r q_r(t) phi_r (..., P), in units of q, from mode shapes (L, P)."""
         return np.asarray(self(time) @ np.asarray(modes))
 
     def _table(self, time: Array | float) -> Array:

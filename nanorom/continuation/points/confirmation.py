@@ -24,6 +24,7 @@ from nanorom.types import Array
 DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
 HOPELESS = 1e-2  # distance of the critical multiplier that no better expansion would mend
 SAME = 1e-9  # of a frequency
+TOGETHER = 1e-8  # of multipliers, and of frequencies, that several of them are critical at
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
 CORRECTED = 1e-10  # of the orbit: the last change of Newton's method
@@ -39,10 +40,12 @@ class Polished:
     kind: Kind
     orbit: Orbit
     multipliers: Array
+    multiplicity: int = 1
 
     def is_same(self, other: Polished) -> bool:
         """Whether two places on a path led to one point."""
-        near = abs(self.orbit.omega - other.orbit.omega) < SAME * self.orbit.omega
+        least = SAME if self.multiplicity == 1 else TOGETHER
+        near = abs(self.orbit.omega - other.orbit.omega) < least * self.orbit.omega
         return self.kind is other.kind and near and same_orbit(self.orbit, other.orbit)
 
 
@@ -54,10 +57,13 @@ def polish(
     series = path.steps[detected.place.step]
     a, window = detected.place.a, WINDOW * (series.length - series.start)
     shift = 0.0
+    # along a family of turned orbits a multiplier is 1 throughout
+    always = len(path.generators) if detected.kind.at_ends else 0
+    expected = detected.multiplicity + always
     for _ in range(ROUNDS):
         try:
             nearby = _expand_again(tracer, series, a - shift)
-            series, a = nearby, _zero(detected.kind, nearby, floquet, tracer, window, shift)
+            series, a = nearby, _zero(detected, nearby, floquet, path, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
             if shift or detected.kind is FOLD:
@@ -66,7 +72,7 @@ def polish(
             continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
-        distance = detected.kind.distance(shot.multipliers)
+        distance = detected.kind.distance(shot.multipliers, expected)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
         # where multipliers change fast, or meet, less than the defect allowed makes them differ
@@ -74,7 +80,10 @@ def polish(
             break
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
-    return Polished(detected.kind, orbit, shot.multipliers)
+    multiplicity = detected.multiplicity
+    while detected.kind.distance(shot.multipliers, multiplicity + always + 1) < TOGETHER:
+        multiplicity += 1
+    return Polished(detected.kind, orbit, shot.multipliers, multiplicity)
 
 
 def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
@@ -91,34 +100,28 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
 
 
 def _zero(
-    kind: Kind,
+    detected: Detected,
     series: Series,
     floquet: FloquetSolver,
-    tracer: Tracer,
+    path: Path,
     window: float,
     around: float,
 ) -> float:
     """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
-    if kind is FOLD:
+    if detected.kind is FOLD:
         roots = series.folds(-window, window)
         if not roots:
             raise ContinuationError("no fold in the neighbourhood")
         return min(roots, key=abs)
 
-    symmetric = floquet.signs(tracer.support) is not None
-
-    test = critical_value(kind, symmetric)
+    tracer = path.tracer
+    test = critical_value(detected.kind, path.symmetric, detected.multiplicity)
 
     def critical(points: list[float]) -> list[float]:
         if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
-        _, eigenvalues = floquet.maps(
-            np.stack([orbit.coefficients for orbit in orbits]),
-            np.array([orbit.rate for orbit in orbits]),
-            tracer.period_multiple,
-            tracer.support,
-        )
+        eigenvalues = path.monodromy(orbits, floquet)[1]
         slopes = [series.rate_slope(a) for a in points]
         return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 

@@ -20,8 +20,12 @@ from nanorom.continuation.orbits.bifurcations import (
     Kind,
     conditions,
     crossed_kind,
+    outside,
     test_function,
 )
+from nanorom.continuation.orbits.coordinates import pairs
+from nanorom.continuation.orbits.pairs import Index
+from nanorom.continuation.points.crossings import crossings
 from nanorom.types import Array, Numbers
 
 ROUNDS = 8
@@ -38,6 +42,7 @@ LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 ESTIMATED = 1e-3  # of an interval: interpolated roots
 ROUND_OFF = 1e-12  # of a place within a step
 APART = 1e-6  # of an average step: places closer than that are one
+NEARLY_EQUAL = 1e-3  # squared frequencies, relative: their multipliers may cross together
 MANY = 0.2  # of the points: so many poor ones are mended before anything else is looked for
 LOGS, STEEP = 600.0, 50.0  # logarithms whose exponentials are still numbers, and of use
 LEAST_GAIN = 0.3  # of a sample, by which the vertex of a parabola must lie below it
@@ -50,12 +55,14 @@ WITHIN = 0.9  # of the way to the neighbours
 class Detected:
     """A special point of a path, before it is polished and confirmed.
 
-    bracket: condition and points around a place that is estimated only.
+    bracket: condition and points around a place that is estimated only; multiplicity: how many
+    multipliers (or pairs) are critical at once.
     """
 
     kind: Kind
     place: Place
     bracket: tuple[Condition, Place, Place] | None = None
+    multiplicity: int = 1
 
 
 class Detector:
@@ -70,10 +77,12 @@ class Detector:
     def __init__(self, path: Path) -> None:
         self.path = path
         size = 2 * path.tracer.system.size
+        self.couples = path.floquet.pairs(path.tracer.support)
         self.places: list[Place] = []
         self.positions = np.empty(0)
-        self.maps = np.empty((0, path.floquet.entries(path.tracer.support)))
+        self.maps = np.empty((0, path.entries))
         self.eigenvalues = np.empty((0, size), dtype=complex)
+        self.paired = bool(pairs(path.tracer.system, NEARLY_EQUAL))
         self.conditions = conditions(path.tracer.system.size)
         self._between: dict[tuple[float, float], tuple[Array, Array, Array]] = {}
         self._left_out: dict[tuple[float, ...], float] = {}
@@ -92,7 +101,24 @@ class Detector:
         found = self._folds()
         for condition in self.conditions:
             found += self._roots(condition)
+        found += self._uncounted(found)
         return sorted(found, key=lambda point: self.path.position(point.place))
+
+    def _uncounted(self, found: list[Detected]) -> list[Detected]:
+        """What crosses the circle between neighbours beside the points found there."""
+        counts = outside(self.eigenvalues)
+        places = np.array([self.path.position(point.place) for point in found])
+        missed: list[Detected] = []
+        for i in range(len(counts) - 1):
+            ends = float(self.positions[i]), float(self.positions[i + 1])
+            inside = np.flatnonzero((places >= ends[0]) & (places <= ends[1]))
+            crossed = sum(found[j].kind.multipliers for j in inside)
+            change = abs(counts[i + 1] - counts[i])
+            if change > crossed or (crossed and self.paired):
+                values = self.eigenvalues[i], self.eigenvalues[i + 1]
+                others = crossings(self.path, ends, values, np.sort(places[inside]))
+                missed += [Detected(kind, place, multiplicity=m) for kind, place, m in others]
+        return missed
 
     def _insert(self, places: list[Place]) -> bool:
         """Evaluate new places, unless they are there already."""
@@ -143,7 +169,7 @@ class Detector:
         number = np.cumsum(exact)  # of the interval that begins at a sample
         wanted: list[float] = []
         for condition in self.conditions:
-            signs, logs = test_function(condition, eigenvalues, slopes)
+            signs, logs = test_function(condition, eigenvalues, slopes, self.couples)
             changes = np.flatnonzero(signs[1:] != signs[:-1])
             # one between two points is a root to be located, more of them want points between
             interval, count = np.unique(number[changes], return_counts=True)
@@ -195,7 +221,7 @@ class Detector:
             chain = np.concatenate([ends[:, :1], values, ends[:, 1:]], axis=1)
             ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, values.shape[-1])
             turn = turn.repeat(SAMPLES) / SAMPLES
-            kept = np.flatnonzero(_may_meet(ends[:, 0], ends[:, 1], turn))
+            kept = np.flatnonzero(_may_meet(ends[:, 0], ends[:, 1], turn, self.couples))
             if not len(kept):
                 break
             start = np.column_stack([start, places]).ravel()[kept]
@@ -226,7 +252,7 @@ class Detector:
 
     def _roots(self, condition: Condition) -> list[Detected]:
         slopes = self.path.rate_slopes(self.positions)
-        signs, _ = test_function(condition, self.eigenvalues, slopes)
+        signs, _ = test_function(condition, self.eigenvalues, slopes, self.couples)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
             if condition == "circle" and _neutral(*self.eigenvalues[i : i + 2]):
@@ -260,7 +286,7 @@ class Detector:
             weights = _lagrange(s[near], np.array([position]))[0]
             eigenvalues = self.path.eigenvalues((weights @ self.maps[near])[None])
             slope = self.path.rate_slope(self.path.place(position))
-            signs, logs = test_function(condition, eigenvalues, np.array([slope]))
+            signs, logs = test_function(condition, eigenvalues, np.array([slope]), self.couples)
             return float(signs[0] * np.exp(np.clip(logs[0], -LOGS, LOGS)))
 
         low, high = s[number], s[number + 1]
@@ -279,7 +305,7 @@ class Detector:
             place = Place(step, a)
             eigenvalues = self.path.maps([place])[1]
             slope = np.array([self.path.rate_slope(place)])
-            signs, logs = test_function(condition, eigenvalues, slope)
+            signs, logs = test_function(condition, eigenvalues, slope, self.couples)
             if reference is None:
                 reference = float(logs[0])
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -LOGS, LOGS)))
@@ -320,7 +346,7 @@ def _apart(eigenvalues: Array, predicted: Array) -> Array:
     return np.asarray(np.where(sizes > INSIDE, gaps / np.maximum(1.0, sizes), 0.0).max(axis=1))
 
 
-def _may_meet(before: Array, after: Array, turn: Array) -> Array:
+def _may_meet(before: Array, after: Array, turn: Array, couples: tuple[Index, Index]) -> Array:
     """Whether two eigenvalues may meet and pass the unit circle between samples (n, 2L), while the
     fastest turns by `turn` (n,).
 
@@ -329,7 +355,7 @@ def _may_meet(before: Array, after: Array, turn: Array) -> Array:
     """
     # to the nearest: of two that change places it says nothing, but they turn
     moved = np.abs(before[:, :, None] - after[:, None, :]).min(axis=2) + turn[:, None]
-    first, second = np.triu_indices(before.shape[1], 1)
+    first, second = couples
     moved = moved[:, first] + moved[:, second]
     gaps = np.abs(before[:, first] - before[:, second])
     size = np.minimum(np.abs(before[:, first]), np.abs(before[:, second]))

@@ -1,27 +1,24 @@
-"""First orbits: of the base branch (from rest, ramping the drive) and of branches that
-bifurcate.
-"""
+"""Branches that bifurcate: first orbits, the way back to the bifurcation, and where they end."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
+import attrs
 import numpy as np
 
 from nanorom.continuation.branches.rational import real_roots
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
-from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
+from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.harmonics import (
     Support,
-    basis_for,
     close_support,
-    full_support,
     resize,
-    stretch,
 )
-from nanorom.continuation.orbits.orbit import Orbit
+from nanorom.continuation.orbits.orbit import Orbit, same_orbit
+from nanorom.continuation.points.directions import fixed_space, stretched
 from nanorom.continuation.settings import Settings
 from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
@@ -35,12 +32,11 @@ DISTANCES = (1e-2, 3e-3, 1e-3, 3e-2, 1e-1, 1e-4)  # from a bifurcation, in the o
 REACHED = 1e-3  # of the distance wanted: what a first orbit may miss it by
 LEAST_CHANGE = 1e-6  # of frequency: a smaller one tells no halves apart
 ABSENT = 1e-6  # of the critical direction: coefficients that do not take part
-SHIFT = 1e-12  # of the matrix, which is singular at the very point
-ITERATIONS = 4  # of the inverse power method: one would do but for an unlucky start
+NEAR_STOP = 1e-4  # of orbit and rate: as near as the crossing of two branches can be had
 RETURNED = 1e-3  # of the deviation from the fixed space at the start of a step
 
 
-@dataclass(frozen=True, eq=False)
+@attrs.frozen(eq=False)
 class Start:
     """The first orbit of a branch that bifurcates, its direction (2H + 1, L), and the steps before
     it: none if the first step itself reaches back, None if nothing leads back.
@@ -49,24 +45,42 @@ class Start:
     orbit: Orbit
     direction: Array
     before: list[Series] | None
+    rate: float = 0.0  # change from the bifurcation
+    distance: float = 0.0
+
+    def is_image(self, other: Start, system: ScaledSystem) -> bool:
+        """Whether a symmetry that the model's amplitudes do not show turns it into another one."""
+        if self.distance != other.distance or not _alike(self.rate, other.rate):
+            return False
+        one, two = (
+            np.linalg.norm(system.given(start.orbit.coefficients), axis=0)
+            for start in (self, other)
+        )
+        return bool(np.abs(one - two).max() < IMAGES * np.abs(one).max())
 
 
 class Bifurcation:
-    """A branch that leaves another one in a direction that breaks a symmetry of the parent."""
+    """A branch that leaves another one in a direction (2H + 1, L) out of the parent's support: it
+    breaks a symmetry.
+    """
+
+    rate = 0.0  # that goes with the direction
 
     def __init__(
-        self, system: ScaledSystem, parent: Support, orbit: Orbit, kind: Kind, settings: Settings
+        self,
+        system: ScaledSystem,
+        parent: Support,
+        orbit: Orbit,
+        kind: Kind,
+        direction: Array,
+        settings: Settings,
     ) -> None:
         factor = kind.period_factor
         self.doubles = factor > 1
-        self.orbit = Orbit(
-            stretch(orbit.coefficients, factor), orbit.rate / factor, orbit.period_multiple * factor
-        )
+        self.orbit = stretched(orbit, factor)
         inherited = parent.stretch(factor)
-        # orbits that the broken symmetry leaves alone: of a period doubling, all of half the period
-        self.fixed = full_support(system, orbit.period_multiple).stretch(2)
-        self.fixed = self.fixed if self.doubles else inherited
-        self.direction = self._null_vector(system)
+        self.fixed = fixed_space(system, parent, orbit, kind)
+        self.direction = direction
         numbers = (np.arange(len(self.direction)) + 1) // 2
         table = inherited.table.copy()
         present = np.abs(self.direction) > ABSENT * np.abs(self.direction).max()
@@ -74,27 +88,6 @@ class Bifurcation:
             table[:, residue] |= present[numbers % table.shape[1] == residue].any(axis=0)
         self.support = close_support(system, Support(table))
         self.tracer = Tracer(system, self.support, self.orbit.period_multiple, settings)
-
-    def _null_vector(self, system: ScaledSystem) -> Array:
-        """The critical direction (2H + 1, L) outside the fixed space, by inverse iteration."""
-        p = self.orbit.period_multiple
-        harmonics = (len(self.orbit.coefficients) - 1) // 2
-        everything = full_support(system, p)
-        basis = basis_for(everything, harmonics, p)
-        balance = HarmonicBalance(system, basis)
-        matrix = balance.jacobian_t(basis.compress(self.orbit.coefficients), self.orbit.rate).T
-        outside = np.flatnonzero(~self.fixed.rows_mask(harmonics).ravel())
-        if len(outside) == 0:
-            raise NewtonFailure("the bifurcating branch has the support of its parent")
-        block = matrix[np.ix_(outside, outside)]
-        block = block + SHIFT * np.abs(block).max() * np.eye(len(outside))
-        vector = np.cos(1.0 + np.arange(len(outside)))  # any start that is not orthogonal
-        for _ in range(ITERATIONS):
-            vector = np.linalg.solve(block, vector)
-            vector /= np.linalg.norm(vector)
-        direction = np.zeros(matrix.shape[0])
-        direction[outside] = vector
-        return direction.reshape(2 * harmonics + 1, system.size)
 
     def starts(self, rates: tuple[float, float]) -> list[Start]:
         """Orbits a little off the bifurcation and the directions in which the branches go on.
@@ -106,69 +99,70 @@ class Bifurcation:
         """
         passing: Start | None = None
         for distance in DISTANCES:
-            orbit = self._start(self.direction, distance)
+            orbit = self._start(1.0, distance)
             if orbit is None:
                 continue
-            first = self._connected(orbit, self.direction, rates)
+            first = self._connected(orbit, 1.0, rates, distance)
             if first.before is None:
                 passing = passing or first
                 continue
-            other = None if self.doubles else self._start(-self.direction, distance)
-            if other is None or self._alike(orbit, other):
+            other = None if self.doubles else self._start(-1.0, distance)
+            if other is None or _alike(first.rate, other.rate - self.orbit.rate):
                 return [first]
-            return [first, self._connected(other, -self.direction, rates)]
+            return [first, self._connected(other, -1.0, rates, distance)]
         if passing is None:
             raise ContinuationError("the bifurcating branch could not be started")
         return [passing]
 
-    def _connected(self, orbit: Orbit, direction: Array, rates: tuple[float, float]) -> Start:
+    def _connected(
+        self, orbit: Orbit, sign: float, rates: tuple[float, float], distance: float
+    ) -> Start:
         """An orbit with the steps that lead from the bifurcation to it."""
+        direction = sign * self.direction
+        start = Start(orbit, direction, None, orbit.rate - self.orbit.rate, distance)
         for series in self.tracer.follow(orbit, direction, rates):
             if self.begin(series):
-                return Start(orbit, direction, [])
+                return attrs.evolve(start, before=[])
             break
         steps: list[Series] = []
         for series in self.tracer.follow(orbit, -direction, rates):
-            end = self.end(series)
+            end = self.back(series)
             steps.append(series)
             if end is not None:
                 series.length = end
-                return Start(orbit, direction, [step.reversed() for step in reversed(steps)])
+                before = [step.reversed() for step in reversed(steps)]
+                return attrs.evolve(start, before=before)
             if len(steps) == MOST_STEPS_BACK:
                 break
-        return Start(orbit, direction, None)
+        return start
 
-    def _alike(self, first: Orbit, second: Orbit) -> bool:
-        one, two = first.rate - self.orbit.rate, second.rate - self.orbit.rate
-        return abs(one - two) < IMAGES * max(abs(one), abs(two), LEAST_CHANGE)
-
-    def _start(self, direction: Array, distance: float) -> Orbit | None:
-        """The orbit of the branch at a distance from the bifurcation."""
+    def _start(self, sign: float, distance: float) -> Orbit | None:
+        """The orbit of the branch at a distance from the bifurcation, on one side of it."""
+        parent, step = self.orbit, sign * distance
         guess = Orbit(
-            self.orbit.coefficients + distance * direction,
-            self.orbit.rate,
-            self.orbit.period_multiple,
+            parent.coefficients + step * self.direction,
+            parent.rate + step * self.rate,
+            parent.period_multiple,
         )
         try:
             orbit, balance = self.tracer.solve(guess, self._border)
         except ContinuationError:
             return None
-        packed = [
-            balance.basis.pack(balance.basis.compress(part))
-            for part in (direction, orbit.coefficients)
-        ]
-        off = abs(float(packed[0] @ packed[1]) - distance) > REACHED * distance
-        # the same distance in this direction may be had elsewhere, far along this or another branch
         harmonics = (len(orbit.coefficients) - 1) // 2
-        moved = float(
-            np.linalg.norm(orbit.coefficients - resize(self.orbit.coefficients, harmonics))
+        change = orbit.coefficients - resize(parent.coefficients, harmonics)
+        basis = balance.basis
+        along = float(
+            basis.pack(basis.compress(self.direction)) @ basis.pack(basis.compress(change))
         )
-        moved = max(moved, abs(orbit.rate - self.orbit.rate))
+        along += self.rate * (orbit.rate - parent.rate)
+        off = abs(along - step) > REACHED * distance
+        # the same distance in this direction may be had elsewhere, far along this or another branch
+        moved = max(float(np.linalg.norm(change)), abs(orbit.rate - parent.rate))
         return None if off or moved > NEAR * distance else orbit
 
     def _border(self, balance: HarmonicBalance) -> Array:
         direction = balance.basis.pack(balance.basis.compress(self.direction))
-        return np.append(direction, 0.0)
+        return np.append(direction, self.rate)
 
     def outside(self, series: Series) -> Array:
         """Coefficients (order + 1, m) of the step in the unknowns outside the fixed space."""
@@ -197,6 +191,10 @@ class Bifurcation:
                 return root
         return None
 
+    def back(self, series: Series) -> float | None:
+        """Where the branch comes back to the bifurcation it starts at."""
+        return self.end(series)
+
     def is_end(self, orbit: Orbit, extent: float) -> bool:
         """Whether an orbit of a branch of this extent is one of its ends.
 
@@ -210,6 +208,70 @@ class Bifurcation:
     def extent(self, steps: list[Series]) -> float:
         """Largest deviation from the fixed space along the branch."""
         return max(float(np.abs(self.outside(step)[0]).max()) for step in steps)
+
+
+class Crossing(Bifurcation):
+    """A branch that crosses another one inside its support: what it breaks is no change of sign.
+
+    direction : null vector of the balance and the rate, normal to the parent
+    stops : orbits of other branch points, at which the branch may end
+    """
+
+    def __init__(
+        self,
+        system: ScaledSystem,
+        parent: Support,
+        orbit: Orbit,
+        kind: Kind,
+        direction: Array,
+        settings: Settings,
+        rate: float,
+        stops: Sequence[Orbit],
+    ) -> None:
+        super().__init__(system, parent, orbit, kind, direction, settings)
+        self.rate, self.stops = rate, list(stops)
+
+    def outside(self, series: Series) -> Array:
+        """Coefficients (order + 1, 1) of the step along the direction, from the branch point on."""
+        basis = series.balance.basis
+        packed = basis.pack(basis.compress(self.direction))
+        origin = float(packed @ basis.pack(basis.compress(self.orbit.coefficients)))
+        along = series.coefficients @ packed + self.rate * series.rates
+        along[: len(series.denominator)] -= (
+            origin + self.rate * self.orbit.rate
+        ) * series.denominator
+        return np.asarray(along[:, None])
+
+    def end(self, series: Series) -> float | None:
+        """Where the branch meets another branch point, if it does: it is crossed there, or, where
+        two halves are images of each other, its rate turns.
+        """
+        places = series.folds(0.0, series.length)
+        for stop in self.stops:
+            for a in [*places, *series.crossings(stop.rate)]:
+                if self._at(self.tracer.orbit(series, a), stop):
+                    return a
+        return None
+
+    def back(self, series: Series) -> float | None:
+        """Where the branch comes back to the branch point it starts at."""
+        outside = self.outside(series)
+        for root in real_roots(outside @ outside[0], series.length):
+            if self._at(self.tracer.orbit(series, root), self.orbit):
+                return root
+        return None
+
+    def is_end(self, orbit: Orbit, extent: float) -> bool:
+        return any(self._at(orbit, stop) for stop in (self.orbit, *self.stops))
+
+    def _at(self, orbit: Orbit, stop: Orbit) -> bool:
+        near = abs(orbit.rate - stop.rate) < NEAR_STOP * stop.rate
+        return near and same_orbit(orbit, stop, NEAR_STOP)
+
+
+def _alike(one: float, two: float) -> bool:
+    """Whether two changes of frequency are those of images."""
+    return abs(one - two) < IMAGES * max(abs(one), abs(two), LEAST_CHANGE)
 
 
 def real_roots_low(coefficients: Array, length: float) -> float | None:

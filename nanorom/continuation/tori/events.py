@@ -9,7 +9,7 @@ of two that pass together a torus with a third frequency does ("TR").
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from scipy.optimize import brentq
@@ -18,9 +18,9 @@ from nanorom.continuation.tori.family import Family, Member
 from nanorom.continuation.tori.stability import doubles
 from nanorom.errors import ContinuationError
 
-STEP = 1e-7  # of the step between the members: error of a located place
+STEP = 1e-6  # of the step between the members: error of a located place
 TOGETHER = 0.02  # difference of two exponents of a complex pair, relative to all losses
-AT_FOLD = 0.02  # of the step: an exponent that passes zero there does so because of the fold
+AT_FOLD = 0.01  # exponent relative to all losses that is zero because of the fold
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +36,8 @@ def events(family: Family, before: Member, after: Member) -> list[Event]:
     found = []
     fold = None
     if before.tangent.parameter * after.tangent.parameter < 0:
-        fold = _locate(family, before, after.step, lambda member: member.tangent.parameter)
-        if fold is not None:
-            found.append(Event("LP", fold))
+        fold = _locate(family, before, after, lambda member: member.tangent.parameter)
+        found.append(Event("LP", fold))
     if before.unstable != after.unstable:
         found += _crossings(family, before, after, fold)
     return sorted(found, key=lambda event: event.member.step)
@@ -48,42 +47,56 @@ def _crossings(family: Family, before: Member, after: Member, fold: Member | Non
     low, high = sorted((before.unstable, after.unstable))
     found: list[Event] = []
     k = low
+    if fold is not None and abs(_growth(slice(k, k + 1), fold)) < AT_FOLD * _losses(fold):
+        k += 1  # the one that passes at the fold
     while k < high:
         paired = k + 1 < high and _is_pair(before, k) and _is_pair(after, k)
         chosen = slice(k, k + 2) if paired else slice(k, k + 1)
-        place = _locate(family, before, after.step, partial(_growth, chosen))
+        place = _locate(family, before, after, partial(_growth, chosen))
         k = chosen.stop
-        if place is None:
-            continue
-        if fold is not None and abs(place.step - fold.step) < AT_FOLD * after.step:
-            continue
-        kind = "TR" if paired else "PD" if doubles(place.curve, place.factors.maps) else "BP"
+        kind = (
+            "TR"
+            if paired
+            else "PD"
+            if doubles(place.curve, place.factors.maps, place.free)
+            else "BP"
+        )
         found.append(Event(kind, place))
     return found
+
+
+def _single(place: Member) -> str:
+    return "PD" if doubles(place.curve, place.factors.maps, place.free) else "BP"
 
 
 def _growth(chosen: slice, member: Member) -> float:
     return float(member.exponents[chosen].sum())
 
 
+def _losses(member: Member) -> float:
+    return abs(float(member.exponents.sum()))
+
+
 def _is_pair(member: Member, k: int) -> bool:
-    exponents = member.exponents
-    return bool(abs(exponents[k] - exponents[k + 1]) < TOGETHER * abs(exponents.sum()))
+    gap = member.exponents[k] - member.exponents[k + 1]
+    return bool(abs(gap) < TOGETHER * _losses(member))
 
 
 def _locate(
-    family: Family, before: Member, step: float, test: Callable[[Member], float]
-) -> Member | None:
-    """The member within a step at which a test function vanishes, or None."""
-    known: dict[float, Member] = {0.0: before}
+    family: Family, before: Member, after: Member, test: Callable[[Member], float]
+) -> Member:
+    """The member between two at which a test function vanishes."""
+    step = after.step
+    known = {0.0: before, step: after}
+    start = replace(before, bend=after.bend)
 
     def value(s: float) -> float:
         if s not in known:
-            known[s] = family.beside(before, s)
+            known[s] = family.beside(start, s)
         return test(known[s])
 
     try:
         root = float(brentq(value, 0.0, step, xtol=STEP * step, rtol=1e-15))
-    except (ContinuationError, ValueError):
-        return None
-    return known.get(root) or family.beside(before, root)
+        return known.get(root) or family.beside(start, root)
+    except ContinuationError:  # no curve between: the nearest that there is
+        return min(known.values(), key=lambda member: abs(test(member)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,9 @@ FIRST = 0.01  # radius of the first curve, relative to the orbit from which it b
 TURN = 0.25  # rad that the tangent may turn in a step
 LONGEST = 0.1  # step relative to the curve
 SHORTEST = 1e-6
+UNRESOLVED = 3  # shorter steps tried where the harmonics do not suffice
 SHRUNK = 0.02  # radius relative to the orbit below which the curve ends at it
+AHEAD, BEHIND = 0.03, 0.003  # tail, by the tolerance, at which harmonics are added or dropped
 LIMIT_STEPS = 4  # secant steps towards the end of the range
 
 
@@ -32,15 +34,17 @@ class Member:
     factors: Linearised
 
     step: float = 0.0  # from the member before, along its tangent
+    bend: Direction | None = None  # change of the tangent per unit of length
+    free: bool = True  # the second angle is the motion's own
 
     @cached_property
     def exponents(self) -> Array:
-        """Growth (2L - 1,) of the normal directions per application of the map, falling."""
-        return exponents(self.curve, self.factors.maps)
+        """Growth of the directions per application of the map, falling (see `stability`)."""
+        return exponents(self.curve, self.factors.maps, self.free)
 
     @cached_property
     def unstable(self) -> int:
-        """How many normal directions grow."""
+        """How many directions grow."""
         return int((self.exponents > 0).sum())
 
 
@@ -48,7 +52,7 @@ class Family:
     """Curves that go on from one another while one parameter changes."""
 
     def __init__(self, map_: ReturnMap, tolerance: float, harmonics: int, steps: int) -> None:
-        self.equations = Invariance(map_)
+        self.equations, self.free = Invariance(map_), map_.free
         self.tolerance, self.steps = tolerance, steps
         self.ladder = [h for h in HARMONICS if h <= harmonics]
         self.ending = "open"
@@ -72,6 +76,11 @@ class Family:
         )
         return self.adapted(guess.moved(direction, radius), direction)
 
+    def at_start(self, guess: Curve) -> tuple[Curve, Direction]:
+        """The curve next to a guess at its parameter, and the direction of rising parameter."""
+        border = Direction(np.zeros_like(guess.values), 0.0, 1.0)
+        return self.adapted(guess, border)
+
     def adapted(
         self, guess: Curve, border: Direction, known: Linearised | None = None
     ) -> tuple[Curve, Direction]:
@@ -86,35 +95,40 @@ class Family:
             guess, known = curve.resized(self.ladder[position + 1]), None
             border = border.resized(self.ladder[position + 1])
 
-    def trimmed(self, curve: Curve) -> int:
-        """The least number of harmonics that keeps the tail far below the tolerance."""
+    def _deserved(self, curve: Curve) -> int:
+        """The least number of harmonics that keeps the tail below the tolerance on the next step,
+        too.
+        """
         sizes = curve.circle.sizes(curve.values)
-        for harmonics in self.ladder:
-            if harmonics >= curve.circle.harmonics:
-                break
-            if sizes[harmonics - 1 :].max() < 0.03 * self.tolerance * sizes.max():
+        position = self.ladder.index(curve.circle.harmonics)
+        if sizes[-2:].max() > AHEAD * self.tolerance * sizes.max():
+            return self.ladder[min(position + 1, len(self.ladder) - 1)]
+        for harmonics in self.ladder[: max(position - 1, 0)]:
+            if sizes[harmonics - 1 :].max() < BEHIND * self.tolerance * sizes.max():
                 return harmonics
         return curve.circle.harmonics
 
-    def member(self, curve: Curve, border: Direction, step: float = 0.0) -> Member:
+    def member(self, curve: Curve, border: Direction) -> Member:
+        harmonics = self._deserved(curve)
+        curve, border = curve.resized(harmonics), border.resized(harmonics)
         factors = self.equations.linearise(curve, border)
-        return Member(curve, factors.tangent(curve), factors, step)
+        tangent = factors.tangent(curve)
+        return Member(curve, tangent, factors, free=self.free)
 
     def beside(self, member: Member, step: float) -> Member:
         """The member a step farther along the tangent of another; raises ContinuationError."""
-        guess = member.curve.moved(member.tangent, step)
+        guess = member.curve.bent(member.tangent, member.bend, step)
         curve, border = self.adapted(guess, member.tangent, member.factors)
-        return self.member(curve, border, step)
+        there = self.member(curve, border)
+        bend = there.tangent.minus(member.tangent).times(1 / step)
+        return replace(there, step=step, bend=bend)
 
     def at_parameter(self, member: Member, parameter: float) -> Member:
         """The member of a given parameter next to another."""
         curve = member.curve
-        border = Direction(np.zeros_like(curve.values), 0.0, 1.0)
         step = (parameter - curve.parameter) / member.tangent.parameter
-        moved = curve.moved(member.tangent, step)
-        guess = Curve(moved.values, moved.rotation, parameter)
-        curve, border = self.adapted(guess, border)
-        return self.member(curve, border)
+        moved = curve.bent(member.tangent, member.bend, step)
+        return self.member(*self.at_start(Curve(moved.values, moved.rotation, parameter)))
 
     def follow(
         self, curve: Curve, border: Direction, span: tuple[float, float]
@@ -124,7 +138,7 @@ class Family:
         """
         here = self.member(curve, border)
         yield here
-        step = 0.5 * curve.radius
+        step = min(0.5 * curve.radius, LONGEST * curve.scale) if self.free else LONGEST
         self.ending = "steps"
         for _ in range(self.steps):
             there, step = self._step(here, step)
@@ -136,7 +150,9 @@ class Family:
                     self.ending = "range"
                     yield self._limit(here, there, limit)
                     return
-            if _overlap(here.curve, there.curve) < 0:  # through the orbit, to its other side
+            if (
+                self.free and _overlap(here.curve, there.curve) < 0
+            ):  # through the orbit, to its other side
                 step = (
                     0.9 * there.step * here.curve.radius / (here.curve.radius + there.curve.radius)
                 )
@@ -144,7 +160,7 @@ class Family:
             shrunk = there.curve.radius < min(SHRUNK * there.curve.scale, here.curve.radius)
             here = there
             yield here
-            if shrunk:
+            if shrunk and self.free:
                 self.ending = "bifurcation"
                 return
 
@@ -157,14 +173,18 @@ class Family:
             there = member
             if abs(after - limit) < 1e-3 * abs(limit - before):
                 break
-        return self.at_parameter(there, limit)
+        return replace(self.at_parameter(there, limit), step=there.step, bend=there.bend)
 
     def _step(self, here: Member, step: float) -> tuple[Member | None, float]:
-        scale = here.curve.scale
+        scale = here.curve.scale if self.free else max(here.curve.scale, 1.0)
         step = min(step, LONGEST * scale)
-        while step > SHORTEST * scale:
+        unresolved = 0
+        while step > SHORTEST * scale and unresolved < UNRESOLVED:
             try:
                 there = self.beside(here, step)
+            except Unresolved:
+                unresolved, step = unresolved + 1, 0.4 * step
+                continue
             except ContinuationError:
                 step *= 0.4
                 continue

@@ -11,12 +11,13 @@ from nanorom.continuation.orbits.harmonics import Support, close_support, symmet
 from nanorom.continuation.system import ModalSystem, ScaledSystem, finite
 from nanorom.continuation.threads import one_thread
 from nanorom.continuation.tori.circle import HARMONICS
-from nanorom.continuation.tori.events import Event, events
+from nanorom.continuation.tori.course import Course, joined
 from nanorom.continuation.tori.family import Family, Member
-from nanorom.continuation.tori.motion import QuasiPeriodic, motion
 from nanorom.continuation.tori.parameter import Level, Varied, varied
+from nanorom.continuation.tori.report import Report
 from nanorom.continuation.tori.return_map import ReturnMap
-from nanorom.continuation.tori.torus import Torus, TorusPoint, TorusState
+from nanorom.continuation.tori.settle import curve_through, recorded
+from nanorom.continuation.tori.torus import Torus
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
@@ -24,78 +25,112 @@ from nanorom.types import Array
 @one_thread()
 def follow_torus(
     system: ModalSystem,
-    point: SpecialPoint,
+    point: SpecialPoint | Array,
     omega: Level | None = None,
     direct: Level = 0.0,
     parametric: Level = 0.0,
     *,
     at: float | None = None,
+    period_multiple: int = 1,
+    waited: int = 0,
     tolerance: float = 1e-10,
     harmonics: int = 100,
     steps: int = 200,
     progress: Callable[[int, float], None] | None = None,
 ) -> Torus:
-    """The family of tori that branches from the response at a Neimark-Sacker point.
+    """A family of tori: what branches from the response at a Neimark-Sacker point, or what a motion
+    in time has settled on.
 
     Exactly one of `omega`, `direct` and `parametric` is a range (low, high): it is varied.
 
     Parameters
     ----------
     system : ModalSystem
-    point : SpecialPoint
-        An "NS" of `explore`, at the same levels.
+    point : SpecialPoint or (2L,)
+        An "NS" of `explore`, at the same levels; or a state (q, dq/dt) at drive phase 0 of a motion
+        on a stable torus, say the end of a `sweep`: the family is followed to both sides of it.
     omega : (low, high) or float, optional
         Drive frequency, rad per unit of time of the system; that of the point if left out.
     direct, parametric : float or (low, high)
         Drive levels.
     at : float
-        Where a level is varied: the level of the point.
+        The value of what is varied at the point; for an "NS" and a range of omega, its own.
+    period_multiple : int
+        Periods of the drive after which the motion from a state returns to the same curve.
+    waited : int
+        Periods that a motion from a state is given to settle.
     tolerance : float
         Size of the last harmonics of the second angle, relative to the states.
     harmonics : int
         Most harmonics of the second angle; where they do not suffice the family ends ("breakdown").
     steps : int
-        Most steps.
+        Most steps (to each side).
     progress : called with the number of tori found and the parameter of the last.
 
     Raises
     ------
     ContinuationError
-        for another kind of point, an invalid range or level, a point outside the range.
+        for another kind of point, an invalid range or level, a point outside the range; a state
+        whose motion is periodic or irregular.
     """
-    if getattr(point, "type", None) != "NS":
-        raise ContinuationError(
-            f"point: found {getattr(point, 'type', point)!r}; allowed a special point of type NS"
-        )
     _check("harmonics", harmonics, HARMONICS[0], HARMONICS[-1])
     _check("steps", steps, 1, 100_000)
     _check("tolerance", tolerance, 1e-13, 1e-3)
-    given = {"omega": point.omega if omega is None else omega}
-    parameter = varied(system, given | {"direct": direct, "parametric": parametric})
+    _check("period_multiple", period_multiple, 1, 100)
+    _check("waited", waited, 0, 1_000_000)
+    given: dict[str, Level] = {"direct": direct, "parametric": parametric}
+    if omega is not None:
+        given["omega"] = omega
+    elif isinstance(point, SpecialPoint):
+        given["omega"] = point.omega
+    parameter = varied(system, given)
     start = parameter.scaled(_start(parameter, point, at))
-    unit = parameter.system
-    signs = _signs(parameter.equations(start)[0], point)
-    map_ = ReturnMap(parameter.equations, point.period_multiple, signs)
-    family = Family(map_, tolerance, harmonics, steps)
-    state = point.state / np.repeat([unit.amplitude, unit.amplitude * unit.frequency], unit.size)
-    members: list[Member] = []
-    found: list[Event] = []
-    for member in family.follow(*family.from_orbit(state, start), parameter.span):
-        if members and member.step:
-            found += events(family, members[-1], member)
-        members.append(member)
+    counted = 0
+
+    def told(member: Member) -> None:
+        nonlocal counted
+        counted += 1
         if progress is not None:
-            progress(len(members), member.curve.parameter * parameter.unit)
-    return _Report(parameter, map_, family).torus(members, found)
+            progress(counted, member.curve.parameter * parameter.unit)
+
+    if isinstance(point, SpecialPoint):
+        signs = _signs(parameter.equations(start)[0], point)
+        map_ = ReturnMap(parameter.equations, point.period_multiple, signs)
+        family = Family(map_, tolerance, harmonics, steps)
+        first = family.from_orbit(_scaled_state(parameter, point.state), start)
+        course = Course().run(family, *first, parameter.span, told)
+        return Report(parameter, map_).torus(family, course)
+    map_ = ReturnMap(parameter.equations, period_multiple)
+    family = Family(map_, tolerance, harmonics, steps)
+    states = recorded(map_, _scaled_state(parameter, point), start, waited)
+    curve, border = family.at_start(curve_through(states, start))
+    sides = [
+        Course().run(family, curve, border.times(sign), parameter.span, told)
+        for sign in (-1.0, 1.0)
+    ]
+    return Report(parameter, map_).torus(family, joined(*sides))
 
 
-def _start(parameter: Varied, point: SpecialPoint, at: float | None) -> float:
-    """The value of the parameter at the point; raises ContinuationError outside the range."""
-    if parameter.name != "omega" and at is None:
+def _scaled_state(parameter: Varied, state: object) -> Array:
+    unit = parameter.system
+    given = np.asarray(state, dtype=float)
+    if given.shape != (2 * unit.size,) or not np.all(np.isfinite(given)):
         raise ContinuationError(
-            f"at: missing; give the {parameter.name} level at which the point was found"
+            f"point: give an NS point or (q, dq/dt) as {2 * unit.size} finite numbers"
         )
-    value = point.omega if at is None else float(at)
+    return given / np.repeat([unit.amplitude, unit.amplitude * unit.frequency], unit.size)
+
+
+def _start(parameter: Varied, point: SpecialPoint | Array, at: float | None) -> float:
+    """The value of the parameter at the point; raises ContinuationError outside the range."""
+    special = isinstance(point, SpecialPoint)
+    if isinstance(point, SpecialPoint) and point.type != "NS":
+        raise ContinuationError(f"point: found {point.type}; allowed a special point of type NS")
+    if at is None and not (special and parameter.name == "omega"):
+        raise ContinuationError(f"at: missing; give the {parameter.name} of the point")
+    if at is not None and not finite(at):
+        raise ContinuationError(f"at: found {at!r}; allowed a finite number")
+    value = float(at) if at is not None else point.omega  # type: ignore[union-attr]
     if not parameter.holds(value):
         low, high = (limit * parameter.unit for limit in parameter.span)
         raise ContinuationError(
@@ -117,49 +152,3 @@ def _signs(system: ScaledSystem, point: SpecialPoint) -> Array | None:
     for row, number in zip(point.coefficients != 0, numbers):
         table[:, number] |= row
     return symmetry_signs(system, close_support(system, Support(table)), p)
-
-
-class _Report:
-    """Members of a family in the user's units."""
-
-    def __init__(self, varied: Varied, map_: ReturnMap, family: Family) -> None:
-        self.varied, self.map, self.family = varied, map_, family
-
-    def torus(self, members: list[Member], found: list[Event]) -> Torus:
-        points = [TorusPoint(event.type, self.state(event.member)) for event in found]
-
-        def at(index: int, parameter: float) -> TorusState:
-            near = members[index : index + 2]
-            wanted = parameter / self.varied.unit
-            nearest = min(near, key=lambda member: abs(member.curve.parameter - wanted))
-            return self.state(self.family.at_parameter(nearest, wanted))
-
-        return Torus(
-            [self.state(member) for member in members],
-            points,
-            self.map.period_multiple,
-            self.varied.name,
-            self.family.ending,
-            at,
-        )
-
-    def state(self, member: Member) -> TorusState:
-        curve, unit = member.curve, self.varied.system
-        scaled = motion(self.map, curve)
-        user = QuasiPeriodic(
-            scaled.coefficients * unit.amplitude,
-            scaled.omega * unit.frequency,
-            scaled.second * unit.frequency,
-            scaled.period_multiple,
-        )
-        duration = self.map.duration(curve.parameter) / unit.frequency
-        return TorusState(
-            parameter=curve.parameter * self.varied.unit,
-            omega=user.omega,
-            second=user.second,
-            amplitude=user.amplitude(),
-            exponents=member.exponents / duration,
-            residual=self.family.equations.defect(curve),
-            harmonics=curve.circle.harmonics,
-            motion=user,
-        )

@@ -13,6 +13,7 @@ doi:10.1023/A:1026599913118; Jorba 2001, doi:10.1088/0951-7715/14/5/303.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import lapack
@@ -22,10 +23,12 @@ from nanorom.continuation.tori.return_map import ReturnMap
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
-NEWTON = 1e-11  # last correction, relative to the curve
-SLOW = 0.2  # contraction of the chord method that is worth a new Jacobian
+NEWTON = 1e-10  # last correction, relative to the curve; the error left is its square
+FARTHEST = 1.0  # correction, relative to the curve, that belongs to no curve nearby
+SLOW, NEARLY = 0.5, 1e-7  # contraction worth a new Jacobian, unless corrections are this small
 JACOBIANS = 6  # new ones at most in one correction
-CHORDS = 12  # iterations with one Jacobian at most
+BROYDEN = 12  # iterations with one Jacobian at most
+SLOPE = 1e-6  # difference of the parameter for the derivative by it, which only directs
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,13 @@ class Curve:
         target = circle(harmonics)
         return Curve(self.circle.to(target, self.values), self.rotation, self.parameter)
 
+    def bent(self, direction: Direction, bend: Direction | None, step: float) -> Curve:
+        """A step along a direction that changes by `bend` per unit of length."""
+        ahead = self.moved(direction, step)
+        if bend is None:
+            return ahead
+        return ahead.moved(bend.resized(self.circle.harmonics), step**2 / 2)
+
     def moved(self, direction: Direction, step: float) -> Curve:
         return Curve(
             self.values + step * direction.values,
@@ -75,6 +85,15 @@ class Direction:
 
     def times(self, factor: float) -> Direction:
         return Direction(factor * self.values, factor * self.rotation, factor * self.parameter)
+
+    def minus(self, other: Direction) -> Direction:
+        """The difference of two directions, on the circle of this one."""
+        other = other.resized((len(self.values) - 1) // 2)
+        return Direction(
+            self.values - other.values,
+            self.rotation - other.rotation,
+            self.parameter - other.parameter,
+        )
 
     def unit(self) -> Direction:
         return self.times(1 / np.sqrt(self.dot(self)))
@@ -117,16 +136,21 @@ class Invariance:
     def __init__(self, map_: ReturnMap) -> None:
         self.map = map_
 
+    def _given(self, curve: Curve, ahead: float = 0.0) -> float:
+        rotation = self.map.rotation(curve.parameter + ahead)
+        assert rotation is not None
+        return rotation
+
     def residual(self, curve: Curve) -> Array:
         """P(x) - x(theta + rotation) at the nodes, (N, 2L)."""
-        images = self.map(curve.values, curve.parameter)
+        images = self.map(curve.values, curve.parameter, curve.circle.angles)
         return np.asarray(images - curve.circle.rotation(curve.rotation) @ curve.values)
 
     def defect(self, curve: Curve) -> float:
         """Largest residual half way between the nodes, relative to the curve."""
         nodes = curve.circle
         middle = nodes.angles + np.pi / nodes.count
-        images = self.map(nodes.interpolation(middle) @ curve.values, curve.parameter)
+        images = self.map(nodes.interpolation(middle) @ curve.values, curve.parameter, middle)
         wanted = nodes.interpolation(middle + curve.rotation) @ curve.values
         return float(np.abs(images - wanted).max() / curve.scale)
 
@@ -134,7 +158,8 @@ class Invariance:
         """Factors of the equations with the phase condition and the border."""
         nodes, size = curve.circle, curve.values.shape[1]
         n = nodes.count * size
-        _, maps = self.map.with_tangent(curve.values, curve.parameter)
+        images, maps = self.map.with_tangent(curve.values, curve.parameter, nodes.angles)
+        ahead = self.map(curve.values, curve.parameter + SLOPE, nodes.angles)
         turned = nodes.rotation(curve.rotation)
         along = nodes.derivative @ curve.values
         matrix = np.zeros((n + 2, n + 2), order="F")
@@ -145,8 +170,12 @@ class Invariance:
         blocks[:, diagonal, :, diagonal] -= turned
         matrix[:n, :n] = blocks.reshape(n, n)
         matrix[:n, n] = -(turned @ along).ravel()
-        matrix[:n, n + 1] = self.map.slope(curve.values, curve.parameter).ravel()
-        matrix[n, :n] = along.ravel() / nodes.count
+        matrix[:n, n + 1] = ((ahead - images) / SLOPE).ravel()
+        if self.map.free:
+            matrix[n, :n] = along.ravel() / nodes.count
+        else:
+            matrix[n, n] = 1.0
+            matrix[n, n + 1] = -(self._given(curve, SLOPE) - self._given(curve)) / SLOPE
         matrix[n + 1] = border.row()
         lu, pivots, info = lapack.dgetrf(matrix, overwrite_a=True)
         if info < 0 or not np.all(np.isfinite(np.diag(lu))):
@@ -163,29 +192,48 @@ class Invariance:
         for _ in range(JACOBIANS):
             if factors is None:
                 factors = self.linearise(guess, border)
-            guess, converged = self._chords(guess, factors)
+            guess, converged = self._iterate(guess, factors)
             if converged:
                 return guess
             factors = None
         raise ContinuationError("torus: Newton's method does not converge to an invariant curve")
 
-    def _chords(self, curve: Curve, factors: Linearised) -> tuple[Curve, bool]:
-        """Corrections with one Jacobian until they are small or shrink too slowly."""
+    def _iterate(self, curve: Curve, factors: Linearised) -> tuple[Curve, bool]:
+        """Broyden's method from one Jacobian, until corrections are small or shrink too slowly."""
+        steps: list[Array] = []
         previous = np.inf
-        for number in range(CHORDS):
+        for _ in range(BROYDEN):
             right = np.zeros(len(factors.lu))
             right[:-2] = -self.residual(curve).ravel()
-            change = factors.solve(right)
-            size = float(np.abs(change[:-2]).max()) / curve.scale
+            if not self.map.free:
+                right[-2] = self._given(curve) - curve.rotation
+            change = _updated(factors.solve(right), steps)
+            moved = curve.moved(_direction(change, curve), 1.0)
+            # a response may start from rest; a curve of its own does not come from nowhere
+            scale = curve.scale if self.map.free else max(curve.scale, moved.scale)
+            size = float(np.abs(change[:-2]).max()) / scale
             size = max(size, abs(float(change[-2])), abs(float(change[-1])))
-            if not np.isfinite(size) or size > 1.0:
+            if not np.isfinite(size) or size > FARTHEST:
                 raise ContinuationError("torus: the correction leaves the neighbourhood")
-            if size > 2 * previous:
+            if size > previous:
                 return curve, False
-            curve = curve.moved(_direction(change, curve), 1.0)
+            curve = moved
             if size < NEWTON:
                 return curve, True
-            if number and size > SLOW * previous:
+            if size > SLOW * previous and size > NEARLY:
                 return curve, False
+            steps.append(change)
             previous = size
         return curve, False
+
+
+def _updated(change: Array, steps: list[Array]) -> Array:
+    """The next correction by Broyden's rank-one updates from the one of the first Jacobian. Source:
+    Kelley 1995, doi:10.1137/1.9781611970944, section 7.3.
+    """
+    for before, after in pairwise(steps):
+        change = change + after * float(before @ change) / float(before @ before)
+    if steps:
+        last = steps[-1]
+        change = change / (1 - float(last @ change) / float(last @ last))
+    return change

@@ -12,8 +12,8 @@ from nanorom.types import Array, Numbers
 FIRST_SAMPLES, MOST_SAMPLES = 32, 1024  # of a period of the drive
 TAIL = 1e-11  # of the first angle's last harmonics, relative to the largest coefficient
 OVERSAMPLING = 4  # of the grid on which the largest excursion is looked for
-CANDIDATES = 6  # places of the grid from which it is made precise
-NEWTON_STEPS = 6
+CANDIDATES = 3  # places of the grid from which it is made precise
+NEWTON_STEPS = 4
 
 
 @attrs.frozen(eq=False)
@@ -38,16 +38,16 @@ class QuasiPeriodic:
 
     @property
     def rates(self) -> Array:
-        """Angular frequency (2M + 1, H + 1) of every coefficient; it may be negative."""
+        """Angular frequency (2M + 1, H + 1) of the coefficients, rad per unit of time, any sign."""
         first, second = self.orders
         return np.add.outer(self.omega / self.period_multiple * first, self.second * second)
 
     def __call__(self, time: Array | float) -> Array:
-        """Modal coordinates q (..., L) at the times (...)."""
+        """Modal coordinates q (..., L) at the times (...), in the system's units."""
         return self._sum(np.asarray(time), self.coefficients)
 
     def velocity(self, time: Array | float) -> Array:
-        """dq/dt (..., L) at the times (...)."""
+        """dq/dt (..., L) at the times (...), in the system's units."""
         return self._sum(np.asarray(time), 1j * self.rates[:, :, None] * self.coefficients)
 
     def _sum(self, time: Array, coefficients: Numbers) -> Array:
@@ -73,12 +73,29 @@ class QuasiPeriodic:
         kept = kept[np.argsort(rates[kept])]
         return rates[kept], amplitudes[kept], orders[kept]
 
+    def line(self, first: int, second: int) -> Numbers:
+        """Complex amplitude (L,), in the unit of q, of the line at first omega / period_multiple +
+        second times the second frequency: q has the part Re(amplitude exp(i frequency t)).
+        """
+        if second < 0 or (second == 0 and first < 0):
+            return self.line(-first, -second).conj()
+        most, last = self.orders[0][-1], self.orders[1][-1]
+        if abs(first) > most or second > last:
+            return np.zeros(self._modes, dtype=complex)
+        amplitude = self.coefficients[first + most, second]
+        if second == 0 and first != 0:  # both signs of the order are in the series
+            amplitude = amplitude + self.coefficients[most - first, 0].conj()
+        return np.asarray(amplitude)
+
     @property
     def _modes(self) -> int:
         return int(self.coefficients.shape[2])
 
     def amplitude(self) -> Array:
-        """max |q_r| (L,) over both angles: what the motion comes close to sooner or later."""
+        """max |q_r| (L,) over both angles, in the system's units.
+
+        It is what the motion comes close to sooner or later.
+        """
         return np.array([self._largest(mode) for mode in range(self._modes)])
 
     def _largest(self, mode: int) -> float:
@@ -125,7 +142,8 @@ def motion(map_: ReturnMap, curve: Curve) -> QuasiPeriodic:
     modes, last = curve.values.shape[1] // 2, curve.circle.harmonics
     count = FIRST_SAMPLES * p
     while True:
-        q = map_.samples(curve.values, curve.parameter, count)[:, :, :modes]
+        states = map_.samples(curve.values, curve.parameter, count, curve.circle.angles)
+        q = states[:, :, :modes]
         times = 2 * np.pi * p / omega * np.arange(count) / count
         along = np.fft.rfft(q, axis=1)[:, : last + 1] / curve.circle.count
         along *= np.exp(-1j * second * np.multiply.outer(times, np.arange(last + 1)))[:, :, None]

@@ -11,18 +11,24 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nanorom.continuation.orbits.shooting import TaylorStepper
+from nanorom.continuation.orbits.flow import TaylorStepper
 from nanorom.continuation.system import ScaledSystem
 from nanorom.types import Array
 
 Equations = Callable[[float], tuple[ScaledSystem, float]]  # parameter -> equations, drive frequency
 STEP_ANGLE = 1.5  # of the fastest mode within a Taylor step, to begin with
 LAST_TERMS = 1e-14  # of the Taylor series, relative to the state
-DIFFERENCE = 1e-5  # of the parameter: error of the slope about 1e-10
+RATIO = 0.26  # of successive terms of a series of order 24 whose last are LAST_TERMS
+LEAST_ORDER = 8
 
 
 class ReturnMap:
-    """States at drive phase 0 -> states a period of the response later."""
+    """States at drive phase 0 -> states a period of the response later.
+
+    `angles` of the states on a curve matter only where a second drive gives them (`TwoToneMap`).
+    """
+
+    free = True  # the second angle is the motion's own
 
     def __init__(
         self, equations: Equations, period_multiple: int = 1, signs: Array | None = None
@@ -46,26 +52,32 @@ class ReturnMap:
             self._stepper = parameter, TaylorStepper(system), omega
         return self._stepper[1:]
 
-    def __call__(self, states: Array, parameter: float) -> Array:
+    def rotation(self, parameter: float) -> float | None:
+        """The turn of the second angle where it is given: not here."""
+        return None
+
+    def __call__(self, states: Array, parameter: float, angles: Array | None = None) -> Array:
         """Images (n, 2L) of the states (n, 2L)."""
         return self._advance(states, parameter, False)[0]
 
-    def with_tangent(self, states: Array, parameter: float) -> tuple[Array, Array]:
+    def with_tangent(
+        self, states: Array, parameter: float, angles: Array | None = None
+    ) -> tuple[Array, Array]:
         """Images (n, 2L) and their derivatives (n, 2L, 2L) by the states."""
         images, maps = self._advance(states, parameter, True)
         assert maps is not None
         return images, maps
 
-    def slope(self, states: Array, parameter: float) -> Array:
-        """Derivative (n, 2L) of the images by the parameter."""
-        step = DIFFERENCE * max(abs(parameter), DIFFERENCE)
-        ahead, behind = self(states, parameter + step), self(states, parameter - step)
-        return np.asarray((ahead - behind) / (2 * step))
-
-    def samples(self, states: Array, parameter: float, count: int) -> Array:
+    def samples(
+        self, states: Array, parameter: float, count: int, angles: Array | None = None
+    ) -> Array:
         """States (count, n, 2L) at `count` equidistant times of the whole period."""
         stepper, omega = self.at(parameter)
         duration = 2 * np.pi * self.period_multiple / omega / count
+        # shorter steps than those of the map converge with fewer terms
+        shorter = min(1.0, self._steps * self.parts / count)
+        order = int(np.ceil(np.log(LAST_TERMS) / np.log(RATIO * shorter)))
+        stepper = TaylorStepper(stepper.system, max(LEAST_ORDER, min(order, stepper.order)))
         result = [states]
         for i in range(count - 1):
             phase = np.full(len(states), omega * duration * i)

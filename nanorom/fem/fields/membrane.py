@@ -6,6 +6,8 @@ load case.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from dolfinx import fem
 from scipy.sparse import csr_matrix
@@ -72,13 +74,19 @@ def add_load(
 
 def summed(plate: Membrane, loads: np.ndarray) -> np.ndarray:
     """Loads (local dofs, m) summed over the ranks that share a degree of freedom. Collective."""
-    if plate.domain.comm.size == 1:
+    return summed_over_ranks(plate.in_plane, loads)
+
+
+def summed_over_ranks(space: Any, loads: np.ndarray) -> np.ndarray:
+    """Loads (local dofs, m) of a space, each summed where ranks share it. Collective."""
+    if space.mesh.comm.size == 1:
         return loads
-    function = fem.Function(plate.in_plane)
+    function = fem.Function(space)
     total = np.empty_like(loads)
     for i in range(loads.shape[1]):
         function.x.array[:] = loads[:, i]
         compat.scatter_reverse_add(function)
+        function.x.scatter_forward()
         total[:, i] = function.x.array
     return total
 

@@ -7,13 +7,15 @@ because some damaged files kill gmsh, each is tried in a process of its own firs
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
-from nanorom.errors import MeshError
+from nanorom.errors import MeshError, NanoromError
 
 MSH_BEGINS = b"$MeshFormat"
 # comments without quotes: those with quotes may not be comments at all, but parts of strings
@@ -26,11 +28,19 @@ FORBIDDEN = re.compile(
 )
 LARGEST_GEO = 10_000_000  # bytes
 MEMORY = 2**31, 100  # bytes of address space for a .msh: at least, and per byte of the file
+MISSING = (
+    "gmsh cannot be loaded ({}); from the Python index it needs libraries that Debian has as "
+    "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1"
+)
 TRIAL = """
 import sys
 sys.path = [folder for folder in sys.path if folder]  # not where strangers' files are
 import resource
-import gmsh
+try:
+    import gmsh
+except (ImportError, OSError) as error:
+    print("missing", error)
+    sys.exit()
 file, memory = sys.argv[1], int(sys.argv[2])
 if memory:
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
@@ -49,8 +59,19 @@ else:
 """
 
 
+def gmsh() -> Any:
+    """The module gmsh; raises NanoromError where it or a library that it needs is missing."""
+    try:
+        return importlib.import_module("gmsh")
+    except (ImportError, OSError) as error:
+        raise NanoromError(MISSING.format(error)) from error
+
+
 def check(file: Path) -> None:
-    """Raise MeshError unless a mesh or geometry file is safe to be read by gmsh."""
+    """Raise MeshError unless a mesh or geometry file is safe to be read by gmsh.
+
+    Raises NanoromError where gmsh cannot be loaded.
+    """
     try:
         content = file.read_bytes()
     except OSError as error:
@@ -87,6 +108,8 @@ def _try(file: Path, memory: int) -> None:
     command = [sys.executable, "-c", TRIAL, str(file), str(memory)]
     done = subprocess.run(command, env=own, capture_output=True, text=True)
     verdict, _, reason = done.stdout.rpartition("\n")[0].rpartition("\n")[2].partition(" ")
+    if verdict == "missing":
+        raise NanoromError(MISSING.format(reason))
     if verdict == "refused":
         raise MeshError(f"{file}: gmsh cannot mesh it: {' '.join(reason.split())}")
     if verdict != "accepted":

@@ -98,6 +98,18 @@ class Film:
         state[:, 2] = w[self._node]
         return state.ravel()
 
+    def deflections(self, states: np.ndarray) -> np.ndarray:
+        """(local plate dofs, m) of the deflections of states (local dofs, m)."""
+        w = np.empty((len(self._node), states.shape[1]))
+        w[self._node] = states[2::3]
+        return w
+
+    def deflections_to_states(self, w: np.ndarray) -> np.ndarray:
+        """(local dofs, m) of states with nodal vectors (local plate dofs, m) as deflections."""
+        states = np.zeros((3 * len(self._node), w.shape[1]))
+        states[2::3] = w[self._node]
+        return states
+
     def about(self, attraction: Attraction | None = None) -> Plate:
         """The plate about the current state, in equilibrium with what attracts it. Collective."""
         plate = self.plate

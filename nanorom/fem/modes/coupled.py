@@ -7,7 +7,7 @@ modes by a mass matrix without it, in the tensors as `condensation` does.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import ufl
@@ -34,19 +34,27 @@ def solve(plate: Plate, count: int) -> Modes:
         return eigen.solve(plate, count)
     film = Film(plate)
     energy = plate.tangent_energy(film.u, film.w)
-    second = ufl.derivative(ufl.derivative(energy, film.state), film.state)
-    stretching = algebra.assemble(compat.form(second))
     stiffness = operators.ClassStiffness(plate)
     force = LinearForce.of_energy(plate, film.state, film.w, energy + plate.linear_energy(film.w))
     mass = algebra.assemble(plate.compiled(plate.mass_form))
     film_mass = film.embed(mass)
-    totals = {}
-    for parity, linear in stiffness.items():
-        totals[parity] = film.embed(linear)
-        totals[parity].axpy(1.0, stretching, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    totals = stiffnesses(film, list(stiffness))
     solvers = {p: CoupledSolver(film, p, totals, film_mass, force) for p in totals}
     own_force = LinearForce.of(plate)
     return eigen.lowest_of_classes(plate, solvers, stiffness, mass, own_force, count)
+
+
+def stiffnesses(film: Film, classes: Sequence[Parity]) -> dict[Parity, PETSc.Mat]:
+    """Stiffness of deflection and in-plane displacement together, by class. Collective."""
+    energy = film.plate.tangent_energy(film.u, film.w)
+    second = ufl.derivative(ufl.derivative(energy, film.state), film.state)
+    stretching = algebra.assemble(compat.form(second))
+    linear = operators.ClassStiffness(film.plate)
+    totals = {}
+    for parity in classes:
+        totals[parity] = film.embed(linear[parity])
+        totals[parity].axpy(1.0, stretching, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    return totals
 
 
 class CoupledSolver(eigen.ClassSolver):

@@ -82,7 +82,8 @@ def check_uncoupled(stiffness: np.ndarray, names: Sequence[str]) -> None:
 class Solution:
     """Modes that take part, their names, tensors in SI units, and what is known of the errors.
 
-    stretching: what it adds to the modes' stiffness, scaled; static: the state they are about.
+    stretching: what it adds to the modes' stiffness, scaled; static: the state they are about;
+    outside: what everything outside the modes adds to the cubic tensor, if anything.
     """
 
     modes: Modes
@@ -92,6 +93,7 @@ class Solution:
     quadratic: np.ndarray
     cubic: np.ndarray
     diagnostics: dict[str, Any]
+    outside: np.ndarray | None = None
 
     @property
     def error(self) -> float:
@@ -130,19 +132,26 @@ def solve(
         try:
             modes = coupled.solve(plate, scene.modes.highest)
         except eigen.UnstableError as error:
-            raise SolverError(buckling.told(plate, scene.tension)) from error
+            raise SolverError(buckling.told(plate, scene.tension, not scene.flat)) from error
         modes, names = labels.name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
         stiffening = accuracy.stiffening_of(plate, static.tension)
         modes, errors = normalise_film(modes.take(selected), stiffening)
     with watch.stage("tensors"):
+        outside = None
         stretching = np.zeros((len(selected),) * 2)
         if plate.shape is None and plate.attraction is None:
             quadratic, cubic, in_plane, diagnostics = tensors(scene, scales, modes, watch, journal)
         else:
-            stretching, quadratic, cubic, in_plane, diagnostics = loaded_tensors(
-                scene, scales, units, modes, watch, journal
+            found = loaded.tensors(modes, outside=scene.reduction.outside == "static")
+            quadratic, cubic, diagnostics = loaded_tensors(
+                scene, scales, units, modes, found, watch, journal
             )
+            stretching, in_plane = found.stretching, found.in_plane
+            if found.outside is not None:
+                outside = scales.cubic * found.outside.cubic * selection.permitted(modes, 4)
+                slowest = scales.frequency(np.array(found.outside.eigenvalue))
+                diagnostics["outside_frequency"] = float(slowest)
         quadratic *= selection.permitted(modes, 3)
         cubic *= selection.permitted(modes, 4)
     with watch.stage("errors"):
@@ -150,12 +159,21 @@ def solve(
             diagnostics["error_state"] = accuracy.of_state(
                 plate, static.deflection, stiffening, in_plane.error
             )
+        frequency = errors.frequency
+        if static.relaxed is not None:
+            frequency = frequency + accuracy.of_relaxation(
+                modes, static.relaxed, in_plane.energies
+            )
         diagnostics |= {
-            "error_frequency": float(errors.frequency.max())
+            "error_frequency": float(frequency.max())
             + diagnostics.get("error_state", 0.0)
             + unseen,
-            "error_frequencies": errors.frequency,
-            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane.error) + unseen,
+            "error_frequencies": frequency,
+            # what changes stiffness changes shapes too
+            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane.error)
+            + float((frequency - errors.frequency).max())
+            + diagnostics.get("error_state", 0.0)
+            + unseen,
             "error_rounding": float(errors.rounding.max()),
         }
         if np.isfinite(in_plane.eigenvalue):
@@ -163,7 +181,7 @@ def solve(
         diagnostics |= plate.solvers.told(team.across)
         diagnostics = team.across.bcast(diagnostics)  # all groups decide alike
     named = [names[i] for i in selected]
-    return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics)
+    return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics, outside)
 
 
 def tensors(
@@ -208,13 +226,13 @@ def loaded_tensors(
     scales: Scales,
     units: state.Units,
     modes: Modes,
+    direct: loaded.Tensors,
     watch: Stopwatch,
     journal: Journal | None = None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, InPlane, dict[str, Any]]:
-    """The same about a static state, after the scaled linear stretching. Collective."""
+) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """The same tensors about a static state, and what the route tells of itself. Collective."""
     method = scene.reduction.method
     found: dict[str, Any] = {"asymmetry": 0.0}
-    direct = loaded.tensors(modes)
     quadratic, cubic = direct.quadratic, direct.cubic
     if method == "step":
         amplitude = scene.reduction.amplitude or scene.plate.thickness
@@ -230,7 +248,7 @@ def loaded_tensors(
         found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases}
         found["amplitude"] = amplitude
     quadratic = scales.tension / units.deflection * quadratic
-    return direct.stretching, quadratic, scales.cubic * cubic, direct.in_plane, found
+    return quadratic, scales.cubic * cubic, found
 
 
 def on_triangulation(

@@ -31,6 +31,7 @@ from nanorom.fem.solvers.groups import Team, check_alike
 from nanorom.fem.statics.shell_state import equilibrium
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.tensors import amplitude as shellstep
+from nanorom.fem.tensors import shell_outside
 from nanorom.fem.tensors.shell_cases import ShellCases
 from nanorom.fem.tensors.step import check_potential, step
 from nanorom.rom.model import ReducedModel
@@ -85,6 +86,9 @@ def reduce_shell(
         )
         check_potential(result)
         missed = shellstep.truncation(cases, result, h)
+        outside = None
+        if scene.reduction.outside == "static":
+            outside = shell_outside.response(cases, amplitude)
     with watch.stage("patterns"):
         points, cells, values = drawing.triangulation(with_deflection(modes))
         mass = np.diag(modes.products(shell.kinetic_energy))
@@ -119,6 +123,9 @@ def reduce_shell(
         damping=np.zeros_like(stiffness),
         quadratic=quadratic,
         cubic=cubic,
+        outside_cubic=None
+        if outside is None
+        else scales.tension / scales.length**2 * outside.cubic,
         drive=direct,
         parametric=parametric,
         shapes=Shapes(points * scales.length, cells, values[:-1]),
@@ -129,10 +136,13 @@ def reduce_shell(
         in_plane="free",
         versions=compat.versions(),
     )
+    if outside is not None:
+        slowest = scales.frequency(np.array(outside.eigenvalue))
+        model.diagnostics["outside_frequency"] = float(slowest)
     if shell.is_flat:
         with watch.stage("plate"):
             plate = reduce_plate(as_plate(scene))
-        model = attrs.evolve(model, diagnostics=diagnostics | compared(model, plate))
+        model = attrs.evolve(model, diagnostics=model.diagnostics | compared(model, plate))
     model.diagnostics.update({f"seconds_{k}": seconds for k, seconds in watch.seconds.items()})
     return model if scene.damping is None else model.with_damping(scene.damping)
 

@@ -11,11 +11,8 @@ import inspect
 import logging
 import signal
 import threading
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import attrs
@@ -30,6 +27,7 @@ from dolfinx.fem import petsc as _petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from nanorom.fem.solvers import compiler
 from nanorom.fem.solvers.partition import destinations
 
 try:  # DOLFINx >= 0.7: UFL elements are Basix elements
@@ -46,9 +44,6 @@ if threading.current_thread() is threading.main_thread():
 
 _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
-
-CPU_INFO = Path("/proc/cpuinfo")  # Linux'
-VECTORS = {"avx2": "-mavx2", "fma": "-mfma"}  # names in it, and the compiler's options
 
 
 @lru_cache(maxsize=32)
@@ -111,7 +106,7 @@ def _adjacency(rows: list[np.ndarray]) -> Any:
 
 def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
     """Continuous Lagrange space of a degree (Gauss-Lobatto nodes), scalar or vector-valued."""
-    with quiet():
+    with compiler.at_work():
         if _basix_ufl is not None:
             shape = {} if components == 1 else {"shape": (components,)}
             element = _basix_ufl.element(
@@ -185,43 +180,21 @@ def vector_of(function: Any) -> Any:
     return function.vector
 
 
-@contextmanager
-def quiet() -> Iterator[None]:
-    """Silence what the form compiler tells of itself: C command lines, numbers of points."""
-    level = logging.root.manager.disable
-    logging.disable(logging.INFO)
-    try:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", module="ffcx")
-            yield
-    finally:
-        logging.disable(level)
-
-
 def form(expression: Any) -> Any:
-    """Compile a UFL form, or find it compiled. Collective."""
-    with quiet():
+    """Compile a UFL form, or find it compiled; raises NanoromError without a C compiler.
+
+    Collective.
+    """
+    with compiler.at_work():
         return fem.form(expression, **_jit_keywords())
 
 
 @lru_cache
 def _jit_keywords() -> dict[str, Any]:
-    options = {"cffi_extra_compile_args": ["-O2", "-ftree-vectorize", *_instructions()]}
+    options = {"cffi_extra_compile_args": compiler.options()}
     parameters = inspect.signature(fem.form).parameters
     key = "jit_options" if "jit_options" in parameters else "jit_params"
     return {key: options}
-
-
-def _instructions() -> list[str]:
-    """Options for vectors of four numbers, where this processor has them.
-
-    The cache of compiled forms tells options apart, so that other processors may share it.
-    """
-    try:
-        told = set(CPU_INFO.read_text(encoding="ascii", errors="replace").split())
-    except OSError:
-        return []
-    return list(VECTORS.values()) if VECTORS.keys() <= told else []
 
 
 @attrs.frozen(eq=False)

@@ -15,7 +15,7 @@ pairs, and its own, smaller in-plane problem.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import attrs
 import numpy as np
@@ -33,6 +33,9 @@ SOLVED = 1e-6  # error of displacements in the norm of their energy: it enters p
 FEW = 100_000  # unknowns in the plane up to which pairs of all classes are held together
 FACTORS_COST = 6.0  # of factors, in pairs whose products take as long (measured on fine meshes)
 
+# cells, slopes (2, c, q, L) of all shapes, pairs (p, 2), their weighted forces (3, c, q, p)
+Told = Callable[[quadrature.CellFields, np.ndarray, np.ndarray, np.ndarray], None]
+
 
 def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, InPlane]:
     """Fully symmetric B (L, L, L, L) with eta_r = B_rjkl q_j q_k q_l. Collective.
@@ -45,34 +48,41 @@ def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, InPl
 
 
 def stretching_tensors(
-    modes: Modes, in_plane: str = "free"
+    modes: Modes, in_plane: str = "free", told: Told | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, InPlane]:
     """Linear, quadratic and cubic stretching force of a film that is not flat. Collective.
 
     (L, L), (L, L, L) and (L, L, L, L), fully symmetric.  The initial shape w0 is one deflection
     more, of constant amplitude: E(w0 + w) - E(w0) is Marguerre's strain.  Also gives
-    what is known of the in-plane displacements.
+    what is known of the in-plane displacements; ``told`` is as for `stretching_products`.
     """
     plate, n = modes.plate, len(modes.parities)
     shapes = np.column_stack([modes.shapes, plate.shape.x.array])
     parities = [*modes.parities, plate.mirrors.even]
-    products, known = stretching_products(plate, shapes, parities, in_plane)
+    products, known = stretching_products(plate, shapes, parities, in_plane, told)
     mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>
     quadratic = 0.5 * (mixed + mixed.transpose(1, 0, 2) + mixed.transpose(2, 1, 0))
     return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n]), known
 
 
 def stretching_products(
-    plate: Plate, shapes: np.ndarray, parities: list[Parity], in_plane: str
+    plate: Plate,
+    shapes: np.ndarray,
+    parities: list[Parity],
+    in_plane: str,
+    told: Told | None = None,
 ) -> tuple[np.ndarray, InPlane]:
-    """G (L, L, L, L) of deflections (local dofs, L), and what is known of it. Collective."""
+    """G (L, L, L, L) of deflections (local dofs, L), and what is known of it. Collective.
+
+    ``told`` of the membrane forces of all pairs, cell by cell.
+    """
     n_modes = len(parities)
     pairs = pairs_by_parity(parities)
 
     def work(own: Sequence[Parity]) -> dict[Parity, ClassProducts]:
         found: dict[Parity, ClassProducts] = {}
         for some in at_once(plate, own):
-            found |= _class_products(plate, shapes, {p: pairs[p] for p in some}, in_plane)
+            found |= _class_products(plate, shapes, {p: pairs[p] for p in some}, in_plane, told)
         return found
 
     found = groups.shared(
@@ -80,9 +90,13 @@ def stretching_products(
     )
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
-        _unpack(plate.mirrors.copies * found[parity].energy, members, products)
+        unpacked(plate.mirrors.copies * found[parity].energy, members, products)
     largest = max(part.largest for part in found.values())
-    return products, InPlane.of_parts((part.known for part in found.values()), largest)
+    known = InPlane.of_parts((part.known for part in found.values()), largest)
+    if in_plane == "free":
+        members, even = pairs[plate.mirrors.even], found[plate.mirrors.even].known.energies
+        known = attrs.evolve(known, energies=even[members[:, 0] == members[:, 1]])
+    return products, known
 
 
 def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:
@@ -112,13 +126,17 @@ class ClassProducts:
 
 
 def _class_products(
-    plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray], in_plane: str
+    plate: Plate,
+    shapes: np.ndarray,
+    pairs: dict[Parity, np.ndarray],
+    in_plane: str,
+    told: Told | None,
 ) -> dict[Parity, ClassProducts]:
     """Products of the pairs of some parities. Collective."""
     displacements: dict[Parity, np.ndarray] = {}
     if in_plane == "free":
         displacements = _displacements(plate, shapes, pairs)
-    energy, rigid = _pair_products(plate, shapes, pairs, displacements)
+    energy, rigid = _pair_products(plate, shapes, pairs, displacements, told)
     known = dict.fromkeys(pairs, InPlane())
     known |= {parity: inplane.known(plate, moved) for parity, moved in displacements.items()}
     return {p: ClassProducts(energy[p], rigid[p], known[p]) for p in pairs}
@@ -129,7 +147,7 @@ def _displacements(
 ) -> dict[Parity, np.ndarray]:
     """In-plane displacements (local dofs, p) in equilibrium with each pair. Collective."""
     loads = {parity: membrane.no_load(plate, len(p)) for parity, p in pairs.items()}
-    for field, parity, strain in _pair_strains(plate, shapes, pairs):
+    for field, _, parity, strain in _pair_strains(plate, shapes, pairs):
         force = membrane.force(plate, strain) * field.weights[..., None]
         membrane.add_load(plate, field, force, loads[parity])
     stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
@@ -150,6 +168,7 @@ def _pair_products(
     shapes: np.ndarray,
     pairs: dict[Parity, np.ndarray],
     displacements: dict[Parity, np.ndarray],
+    told: Told | None,
 ) -> tuple[dict[Parity, np.ndarray], dict[Parity, float]]:
     """By parity: <E_jk, E_lm> (p, p) of the pairs' strains, and the largest <S_jk, S_jk>.
 
@@ -158,13 +177,16 @@ def _pair_products(
     """
     energy = {parity: np.zeros((len(p), len(p))) for parity, p in pairs.items()}
     rigid = {parity: np.zeros(len(p)) for parity, p in pairs.items()}
-    for field, parity, strain in _pair_strains(plate, shapes, pairs):
+    for field, slope, parity, strain in _pair_strains(plate, shapes, pairs):
         weights = field.weights[..., None]
         xx, yy, xy = strain * membrane.force(plate, strain) * weights
         rigid[parity] += np.sum(xx + yy + 2 * xy, axis=(0, 1))
         if displacements:
             strain = strain + membrane.strain(plate, field, displacements[parity])
-        energy[parity] += membrane.product(membrane.force(plate, strain) * weights, strain)
+        force = membrane.force(plate, strain) * weights
+        energy[parity] += membrane.product(force, strain)
+        if told is not None:
+            told(field, slope, pairs[parity], force)
     comm = plate.domain.comm
     largest = {parity: float(comm.allreduce(r).max()) for parity, r in rigid.items()}
     return {parity: comm.allreduce(e) for parity, e in energy.items()}, largest
@@ -172,16 +194,16 @@ def _pair_products(
 
 def _pair_strains(
     plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
-) -> Iterator[tuple[quadrature.CellFields, Parity, np.ndarray]]:
-    """S_jk (3, c, q, p) of the pairs of each parity, a chunk of cells at a time."""
+) -> Iterator[tuple[quadrature.CellFields, np.ndarray, Parity, np.ndarray]]:
+    """Slopes (2, c, q, L) and S_jk (3, c, q, p) of each parity's pairs, in chunks of cells."""
     most = max(len(members) for members in pairs.values())
     for field in quadrature.fields(plate, columns=9 * most):
         slope = np.moveaxis(field.gradient(shapes), 2, 0).copy()
         for parity, (j, k) in ((p, members.T) for p, members in pairs.items()):
-            yield field, parity, membrane.slope_product(slope[..., j], slope[..., k])
+            yield field, slope, parity, membrane.slope_product(slope[..., j], slope[..., k])
 
 
-def _unpack(energy: np.ndarray, pairs: np.ndarray, products: np.ndarray) -> None:
+def unpacked(energy: np.ndarray, pairs: np.ndarray, products: np.ndarray) -> None:
     """Write products of pairs (p, p) to G[r, j, k, l], in both orders of every pair."""
     j, k = pairs.T
     for r, s in ((j, k), (k, j)):

@@ -9,6 +9,7 @@ from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.tensors import direct
 from nanorom.fem.tensors.inplane import InPlane
+from nanorom.fem.tensors.outside import Outside, PairForces, response
 
 
 @attrs.frozen(eq=False)
@@ -16,23 +17,32 @@ class Tensors:
     """Modal force of a film: stretching (L, L), quadratic (L, L, L), cubic (L, L, L, L).
 
     ``stretching`` is the linear force that the modes' stiffness does not contain;
-    ``in_plane`` is what is known of the in-plane displacements.
+    ``in_plane`` is what is known of the in-plane displacements; ``outside`` is what everything
+    outside the modes adds, None where it was not asked for or does nothing.
     """
 
     stretching: np.ndarray
     quadratic: np.ndarray
     cubic: np.ndarray
     in_plane: InPlane
+    outside: Outside | None = None
 
 
-def tensors(modes: Modes, in_plane: str = "free") -> Tensors:
-    """Coefficients by direct condensation, those of the attraction included. Collective."""
+def tensors(modes: Modes, in_plane: str = "free", outside: bool = False) -> Tensors:
+    """Coefficients by direct condensation, those of the attraction included. Collective.
+
+    outside : also the static response of all that lies outside the modes.
+    """
     n = len(modes.parities)
+    forces = PairForces(modes) if outside and modes.plate.shape is not None else None
     if modes.plate.shape is None:
         cubic, known = direct.cubic_tensor(modes, in_plane)
         found = Tensors(np.zeros((n, n)), np.zeros((n, n, n)), cubic, known)
     else:
-        found = Tensors(*direct.stretching_tensors(modes, in_plane))
+        found = Tensors(*direct.stretching_tensors(modes, in_plane, forces))
+    if forces is not None:
+        stiffness = modes.modal_stiffness() + found.stretching
+        found = attrs.evolve(found, outside=response(modes, forces, stiffness))
     attraction = modes.plate.attraction
     if attraction is None:
         return found

@@ -37,6 +37,8 @@ class ShellCases:
     Attributes
     ----------
     linear : (n, n) modal stiffness, the rest in equilibrium.
+    shapes : (owned free dofs, n) of the modes, the rest in equilibrium, in the surface's frame.
+    rest : those of the degrees of freedom that are no deflection; factors : of their stiffness.
     odd : opposite cases have opposite forces, as the shell is flat and not deflected.
     """
 
@@ -51,26 +53,26 @@ class ShellCases:
         self._frame = _Frame(shell, problem)
         component = problem.free.local % 6
         normal = component == 2
-        self._rest = np.flatnonzero(~normal)
+        self.rest = np.flatnonzero(~normal)
         start = problem.stiffness.getOwnershipRange()[0]
         self._set = PETSc.IS().createGeneral(
-            (start + self._rest).astype(PETSc.IntType), comm=problem.comm
+            (start + self.rest).astype(PETSc.IntType), comm=problem.comm
         )
         at = problem.free.local[normal] // 6
         shapes = modes.modes.shapes[shell.nodes_in(shell.deflections)[at]]
-        stiffness = self._tangent(np.zeros(len(component)))
-        self._factors = self._factorise(stiffness)
+        stiffness = self.tangent(np.zeros(len(component)))
+        self.factors = self.factorise(stiffness)
         self._diagonal = stiffness.getDiagonal().array.copy()
         base = self._frame.local(self.base)
         self._noise = ROUND_OFF[1] * self._norms((self._diagonal * base)[:, None])
         self._offset = np.zeros(len(component))
-        self._offset = self._residual(self._offset)
+        self._offset = self.residual(self._offset)
         # the modes with the rest in equilibrium to first order, and the force they take
-        self._shapes = np.zeros((len(component), shapes.shape[1]))
-        self._shapes[normal] = shapes
-        pull = algebra.multiply(stiffness, self._shapes)
-        self._shapes[self._rest] = -self._factors.solve(pull[self._rest])
-        self.linear = self._project(algebra.multiply(stiffness, self._shapes))
+        self.shapes = np.zeros((len(component), shapes.shape[1]))
+        self.shapes[normal] = shapes
+        pull = algebra.multiply(stiffness, self.shapes)
+        self.shapes[self.rest] = -self.factors.solve(pull[self.rest])
+        self.linear = self._project(algebra.multiply(stiffness, self.shapes))
         deflection = np.abs(base[normal]).max(initial=0.0)
         self.odd = shell.is_flat and problem.comm.allreduce(float(deflection)) < STRAIGHT
 
@@ -101,15 +103,15 @@ class ShellCases:
         return np.column_stack(list(found.values()))
 
     def _nonlinear_force(self, q: np.ndarray) -> np.ndarray:
-        states = self._shapes @ q
+        states = self.shapes @ q
         force = np.zeros_like(states)
         first, last = np.zeros(q.shape[1]), np.full(q.shape[1], np.inf)
         active = np.arange(q.shape[1])
         try:
             for iteration in range(MOST_ITERATIONS):
                 for column in active:
-                    force[:, column] = self._residual(states[:, column])
-                size = self._norms(force[np.ix_(self._rest, active)])
+                    force[:, column] = self.residual(states[:, column])
+                size = self._norms(force[np.ix_(self.rest, active)])
                 if iteration == 0:
                     first = size
                 fall, last[active] = size / last[active], size
@@ -120,12 +122,12 @@ class ShellCases:
                 active = active[~done]
                 if len(active) == 0:
                     return self._project(force) - self.linear @ q
-                self._correct(states, force, np.setdiff1d(active, slow), self._factors)
+                self._correct(states, force, np.setdiff1d(active, slow), self.factors)
                 for column in slow:
-                    factors = self._factorise(self._tangent(states[:, column]))
+                    factors = self.factorise(self.tangent(states[:, column]))
                     self._correct(states, force, np.array([column]), factors)
         finally:
-            self.problem.set_state(self.base, self._magnitude)
+            self.reset()
         raise SolverError("a load case of the shell did not converge; lower reduction.amplitude")
 
     def _correct(
@@ -133,20 +135,33 @@ class ShellCases:
     ) -> None:
         """One Newton step of some cases, in place."""
         if len(columns):
-            at = np.ix_(self._rest, columns)
+            at = np.ix_(self.rest, columns)
             states[at] -= factors.solve(force[at])
 
-    def _residual(self, state: np.ndarray) -> np.ndarray:
+    def reset(self) -> None:
+        """Put the problem back into the state that the cases are about. Collective."""
+        self.problem.set_state(self.base, self._magnitude)
+
+    def squares(self, states: np.ndarray) -> np.ndarray:
+        """int w^2 (m,) of the deflections of states (owned free dofs, m). Collective."""
+        shell = self.modes.shell
+        world = np.column_stack([self._frame.world(state) for state in states.T])
+        w = shell.normal_displacement(self.problem.free.extended(world))
+        owned = w[: self.modes.modes.n_owned]
+        mass = algebra.multiply(self.modes.modes.mass, owned)
+        return self.problem.comm.allreduce(np.sum(owned * mass, axis=0))
+
+    def residual(self, state: np.ndarray) -> np.ndarray:
         """Force that a state beyond the base takes, both in the frame of the surface."""
         self.problem.set_state(self.base + self._frame.world(state), self._magnitude)
         return self._frame.local(self.problem.residual()) - self._offset
 
-    def _tangent(self, state: np.ndarray) -> PETSc.Mat:
+    def tangent(self, state: np.ndarray) -> PETSc.Mat:
         self.problem.set_state(self.base + self._frame.world(state), self._magnitude)
         self.problem.assemble_stiffness()
         return self._frame.of(self.problem.stiffness)
 
-    def _factorise(self, stiffness: PETSc.Mat) -> algebra.Factorization:
+    def factorise(self, stiffness: PETSc.Mat) -> algebra.Factorization:
         held = stiffness.createSubMatrix(self._set, self._set)
         try:
             return algebra.Factorization(held, "nanorom_shell_", "stiffness at held deflection")
@@ -157,7 +172,7 @@ class ShellCases:
 
     def _project(self, force: np.ndarray) -> np.ndarray:
         """Modal forces; what is left of the residual of the rest counts to second order only."""
-        return self.problem.comm.allreduce(self._shapes.T @ force)
+        return self.problem.comm.allreduce(self.shapes.T @ force)
 
     def _norms(self, columns: np.ndarray) -> np.ndarray:
         return np.sqrt(self.problem.comm.allreduce(np.sum(columns**2, axis=0)))

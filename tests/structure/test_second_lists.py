@@ -1,0 +1,52 @@
+"""Names that a table holds are listed in that table alone: a new row reaches everything."""
+
+import ast
+from pathlib import Path
+
+import attrs
+import pytest
+
+import nanorom
+from nanorom.continuation.orbits import bifurcations
+from nanorom.measurement.unknowns import UNKNOWNS
+from nanorom.rom.model import ReducedModel
+from nanorom.scene.patterns import DIRECT, PARAMETRIC
+
+PACKAGE = Path(nanorom.__file__).parent
+TABLES = {  # names, and where they may be listed
+    "direct patterns": (set(DIRECT), "scene/patterns"),
+    "parametric patterns": (set(PARAMETRIC), "scene/patterns"),
+    "unknowns of a fit": (set(UNKNOWNS), "measurement/unknowns.py"),
+    "arrays of the model": ({field.name for field in attrs.fields(ReducedModel)}, "rom/model.py"),
+    "bifurcations": (set(bifurcations.KINDS), "continuation/orbits/bifurcations.py"),
+}
+OTHERS = {"continuation/tori/torus.py": "a table of its own, of the bifurcations of tori"}
+SCHEMA = ("rom/", "files/")  # what checks, cuts, writes and reads arrays; a report chooses columns
+SEVERAL = 3  # names side by side that make a list of them; two may be a pair with a meaning
+
+
+def listed(tree: ast.AST) -> list[tuple[int, set[str]]]:
+    """Line and words of every tuple, list, set and dictionary of words."""
+    found = []
+    for node in ast.walk(tree):
+        parts = getattr(node, "keys", None) if isinstance(node, ast.Dict) else None
+        if isinstance(node, (ast.Tuple, ast.List, ast.Set)):
+            parts = node.elts
+        words = {part.value for part in parts or [] if isinstance(part, ast.Constant)}
+        found.append((getattr(node, "lineno", 0), {w for w in words if isinstance(w, str)}))
+    return found
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_names_are_listed_once(table):
+    names, home = TABLES[table]
+    assert len(names) > 1
+    for file in sorted(PACKAGE.rglob("*.py")):
+        place = file.relative_to(PACKAGE).as_posix()
+        if table.startswith("arrays") and not place.startswith(SCHEMA):
+            continue
+        if place.startswith(home) or place in OTHERS or "meshes" in place:
+            continue
+        for line, words in listed(ast.parse(file.read_text(encoding="utf-8"))):
+            several = min(SEVERAL, len(names))
+            assert len(words & names) < several, f"{place}:{line}: {sorted(words & names)}"
