@@ -30,35 +30,39 @@ ROUND_OFF = 1e-15  # of the orbit: round-off of a change, before it is divided b
 class Accuracy:
     """Sizes relative to the orbit: last changes of Newton's method at the start of a step and of an
     orbit by itself, truncation of a series, residual at the end of a step.
+
+    loss : 1/Q of the least damped mode, which a disturbance of the orbit may excite
+    sharp : whether the last change of Newton's method turns the Jacobian by more than the damping
+        of the moving modes allows: then a series needs that of its own point
     """
 
-    loss: float  # 1/Q of the least damped mode
-    corrected: float
-    solved: float
-    series: float
-    residual: float
-
-    @property
-    def sharp(self) -> bool:
-        """Whether the last change of Newton's method turns the Jacobian by more than the damping
-        allows: then a series needs that of its own point.
-        """
-        return self.loss <= LITTLE
+    loss: float
+    sharp: bool
+    corrected: float = CORRECTED
+    solved: float = SOLVED
+    series: float = AT_END
+    residual: float = AT_END
 
     @classmethod
     def of(cls, system: ScaledSystem, support: Support, settings: Settings) -> Accuracy:
         """What the least damped of the moving modes asks for."""
-        loss = least_loss(system.restrict(np.flatnonzero(support.table.any(axis=1))))
-        if loss > LITTLE:
-            return cls(loss, CORRECTED, SOLVED, settings.series, AT_END)
-        closest = ROUND_OFF / loss
+        moving = least_loss(system.restrict(np.flatnonzero(support.table.any(axis=1))))
+        if moving > LITTLE:
+            return cls(least_loss(system), False, series=settings.series)
+        closest = ROUND_OFF / moving
         return cls(
-            loss=loss,
-            corrected=max(min(CORRECTED, SMALL_CHANGE * loss), closest),
+            least_loss(system),
+            True,
+            corrected=max(min(CORRECTED, SMALL_CHANGE * moving), closest),
             solved=max(SOLVED, closest),
-            series=max(min(settings.series, SMALL_FORCE * loss), TERMS),
-            residual=max(min(AT_END, SMALL_FORCE * loss), TERMS),
+            series=max(min(settings.series, SMALL_FORCE * moving), TERMS),
+            residual=max(min(AT_END, SMALL_FORCE * moving), TERMS),
         )
+
+    @property
+    def tongues(self) -> bool:
+        """Whether tongues may be too narrow to be found by sampling."""
+        return self.loss <= LITTLE
 
 
 def least_loss(system: ScaledSystem) -> float:

@@ -24,6 +24,7 @@ from nanorom.types import Array, Numbers
 
 CONFIRMED = 1e-7  # of a critical multiplier: what a point may be off by and still is reported
 MEETING = 1e-4  # distance of multipliers of which round-off makes more than it should
+MEETING_IN_TONGUE = 1e-6  # as before, where between two such points there is a tongue as narrow
 NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
 ON_CIRCLE = 1e-9  # of a modulus: round-off of those that are 1 throughout
 ALIKE = 1e-4  # imaginary part of a real multiplier that another one comes close to
@@ -85,7 +86,8 @@ class Kind:
         distance = self.distance(multipliers, multiplicity)
         if self.condition == "circle":
             return distance
-        return distance * min(1.0, self.distance(multipliers, multiplicity + 1) / MEETING)
+        meeting = MEETING if self is FOLD else MEETING_IN_TONGUE
+        return distance * min(1.0, self.distance(multipliers, multiplicity + 1) / meeting)
 
     def crossing(self, multipliers: Numbers) -> float:
         """A number that changes sign where it happens (not for a turn, which is the branch's)."""

@@ -29,8 +29,10 @@ ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
 FIRST_SECANT, LAST_SECANT, SECANTS = 1e-3, 1e-7, 8  # of the window: changes; most of them
 MUCH_CLOSER = 1e-2  # than damping alone: multipliers that are critical together
-ROUND_OFF = 1e-11  # of a frequency
+ROUND_OFF = 1e-6  # of a frequency: what it may make of a fold at Q = 1e9
 SHADOW = 1e-2  # of the width of a resonance: no branch point is so close to a fold
+WITHIN_TONGUE = 0.1  # of the damping: the first step of a search at the end of a tongue
+IN_TONGUE = 1e-3  # of the damping: where the last change ends in a tongue
 PAIRED = 1e-4  # distance of the second multiplier from a fold's where round-off may cross the two
 ROUNDS = 6  # of expansions at a point, each nearer to it
 WINDOW = 0.2  # of the step in which the point was found
@@ -150,14 +152,16 @@ def _zero(
         return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 
     # smaller than a tongue as narrow as the damping
-    step = min(FIRST_SECANT * window, tracer.accuracy.loss)
+    step = min(FIRST_SECANT * window, WITHIN_TONGUE * tracer.accuracy.loss)
     a, (here, there) = around, critical([around, around + step])
     slope = (there - here) / step
     for _ in range(SECANTS):
         change = -here / slope if slope else np.inf
         if abs(a + change - around) > window:
             raise ContinuationError("no zero in the neighbourhood")
-        if abs(change) < LAST_SECANT * window:  # the secant's next change is its square
+        if abs(change) < min(
+            LAST_SECANT * window, IN_TONGUE * tracer.accuracy.loss
+        ):  # the secant's next change is its square
             return a + change
         before, a = here, a + change
         here = critical([a])[0]

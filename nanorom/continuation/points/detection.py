@@ -100,8 +100,8 @@ class Detector:
             wanted += self._suspicious() if len(wanted) < MANY * len(self.places) else []
             if not self._insert(wanted):
                 break
-        if self.path.tracer.accuracy.sharp:
-            self._insert(self._in_tongues(), apart=0.0)
+        if self.path.tracer.accuracy.tongues:
+            self._insert(self._in_tongues(), apart=ROUND_OFF)
         found = self._folds()
         for condition in self.conditions:
             found += self._roots(condition)
@@ -282,7 +282,10 @@ class Detector:
             if condition == "circle" and _neutral(*self.eigenvalues[i : i + 2]):
                 continue
             ends = self.places[i], self.places[i + 1]
-            point = self._classify(condition, self._estimate(condition, i), GOOD_ESTIMATE)
+            point = None
+            # in a narrow tongue an estimate may lead to its other end
+            if not self.path.tracer.accuracy.tongues:
+                point = self._classify(condition, self._estimate(condition, i), GOOD_ESTIMATE)
             if point is not None:
                 point = replace(point, bracket=(condition, *ends))
             else:

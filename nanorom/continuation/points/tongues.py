@@ -27,9 +27,11 @@ def dips(signs: Array, logs: Array) -> list[int]:
     first.
     """
     inner = np.arange(1, len(logs) - 1)
-    less = (logs[inner] < logs[inner - 1]) & (logs[inner] < logs[inner + 1])
-    same = (signs[inner] == signs[inner - 1]) & (signs[inner] == signs[inner + 1])
-    depth = np.minimum(logs[inner - 1], logs[inner + 1]) - logs[inner]
+    less = (logs[inner] < logs[inner - 1]) & (logs[inner] <= logs[inner + 1])
+    # its own sign may be that of the error of an interpolation
+    same = signs[inner - 1] == signs[inner + 1]
+    # below one neighbour only where the bottom is half way to the other
+    depth = np.maximum(logs[inner - 1], logs[inner + 1]) - logs[inner]
     found = inner[less & same & (depth > LEAST_DIP)]
     return [int(i) for i in found[np.argsort(logs[found], kind="stable")][:MOST_TONGUES]]
 
