@@ -9,6 +9,7 @@ from nanorom.continuation.curves.locus import Locus, locus
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
+from nanorom.continuation.noise import LinearResponse
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.sweep import Sweep, sweep
 from nanorom.continuation.system import ModalSystem
@@ -21,6 +22,7 @@ __all__ = [
     "Backbone",
     "Branch",
     "Diagram",
+    "LinearResponse",
     "Locus",
     "ModalSystem",
     "PeriodicOrbit",

@@ -6,6 +6,7 @@ from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
+from nanorom.plots.verified import verified_figure
 
 __all__ = [
     "amplitude_panels",
@@ -17,4 +18,5 @@ __all__ = [
     "motion_figure",
     "resonance_figure",
     "response_figure",
+    "verified_figure",
 ]
