@@ -11,7 +11,7 @@ from nanorom.continuation.branches.accuracy import Accuracy
 from nanorom.continuation.branches.march import March, StepControl
 from nanorom.continuation.branches.series import Series, SeriesExpansion
 from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
-from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, Support, basis_for
+from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, LONG_LADDER, Support, basis_for
 from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.settings import Settings
 from nanorom.continuation.system import ScaledSystem
@@ -29,6 +29,8 @@ PER_OCTAVE = 16  # lengths of steps
 SHORTER, SHORTENINGS = 0.7, 12  # factor on a step whose end is not good, how often at most
 REST = 1e-6  # size below which an orbit is at rest
 ROUND_OFF = 1e-16  # of the largest harmonic
+LEAST_OF_DRIVE = 20  # harmonics of the drive that orbits of a long period may have
+MOST_UNKNOWNS = 1000  # of orbits of a long period: beyond, shooting costs less
 TINY = 1e-30  # of an orbit at rest
 UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
@@ -44,10 +46,11 @@ class Tracer:
         self.ending = "open"
         self.accuracy = Accuracy.of(system, support, settings)
         self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
+        moving = int(support.table.any(axis=1).sum())
+        most = min(LEAST_OF_DRIVE * period_multiple, MOST_UNKNOWNS // max(2 * moving, 1))
+        most = min(max(most, HARMONIC_LADDER[-1]), settings.harmonics * period_multiple)
         self.ladder = [
-            h
-            for h in HARMONIC_LADDER
-            if 2 * period_multiple <= h <= settings.harmonics * period_multiple
+            h for h in (*HARMONIC_LADDER, *LONG_LADDER) if 2 * period_multiple <= h <= most
         ]
 
     def balance(self, harmonics: int) -> HarmonicBalance:
@@ -73,11 +76,12 @@ class Tracer:
         return sizes
 
     def tail(self, balance: HarmonicBalance, x: Array, harmonics: int | None = None) -> float:
-        """Size of the last harmonics (those above `harmonics`, if given) relative to the
-        largest.
+        """Size of the last harmonics (those about `harmonics` and above, if given) relative to the
+        largest: of two harmonics of the drive, for of a long period those between may be small.
         """
         sizes = self.spectrum(balance, x)
-        first = (balance.basis.harmonics if harmonics is None else harmonics) - 1
+        last = balance.basis.harmonics if harmonics is None else harmonics
+        first = max(last + 1 - 2 * self.period_multiple, 0)
         return float(sizes[first:].max() / max(sizes.max(), TINY))
 
     def adapt(self, balance: HarmonicBalance, x: Array) -> int:

@@ -37,6 +37,7 @@ LAST_PART = 0.9  # of the last step, where shooting takes the direction from
 UNFINISHED = {  # endings of branches that go on
     "lost": "the branch goes on, but could not be followed",
     "harmonics": "the branch goes on, but asks for more harmonics than allowed",
+    "unstable": "the branch goes on, of a long period and more unstable than is of use",
     "steps": "the branch goes on after the most steps allowed",
 }
 
