@@ -11,7 +11,8 @@ from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
 
-MODELS = ("auto", "membrane", "plate", "shell", "beam")
+# models of the film, and whether they have bending stiffness; None: where it makes a difference
+MODELS = {"auto": None, "membrane": False, "plate": True, "shell": True, "beam": True}
 
 
 def _shape_file(value: Any) -> Path | None:
@@ -37,12 +38,17 @@ class Plate:
     thickness: float = attrs.field(
         converter=v.as_quantity, metadata=v.quantity("plate.thickness", "m")
     )
-    model: str = attrs.field(default="auto", metadata=v.choice("plate.model", MODELS))
+    model: str = attrs.field(default="auto", metadata=v.choice("plate.model", tuple(MODELS)))
     initial_shape: Path | None = attrs.field(
         default=None,
         converter=v.as_optional_path,
         metadata=v.custom("plate.initial_shape", _shape_file),
     )
+
+    @property
+    def bends(self) -> bool | None:
+        """With bending stiffness or without; None: where it makes a difference."""
+        return MODELS[self.model]
 
 
 @attrs.frozen(field_transformer=v.readers)
