@@ -14,7 +14,8 @@ from nanorom.continuation.sweep import Sweep, sweep
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.tori.follow import follow_torus
 from nanorom.continuation.tori.motion import QuasiPeriodic
-from nanorom.continuation.tori.torus import Torus, TorusPoint, TorusState
+from nanorom.continuation.tori.torus import ResonanceTongue, Torus, TorusPoint, TorusState
+from nanorom.continuation.tori.two_tone import Tone, two_tones
 
 __all__ = [
     "Backbone",
@@ -24,9 +25,11 @@ __all__ = [
     "ModalSystem",
     "PeriodicOrbit",
     "QuasiPeriodic",
+    "ResonanceTongue",
     "SpecialPoint",
     "State",
     "Sweep",
+    "Tone",
     "Torus",
     "TorusPoint",
     "TorusState",
@@ -40,4 +43,5 @@ __all__ = [
     "locus",
     "states",
     "sweep",
+    "two_tones",
 ]

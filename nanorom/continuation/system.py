@@ -38,6 +38,8 @@ def without_round_off(values: Array | float) -> Array:
     Systems that differ by their units alone become the same to the last bit, and so do their
     diagrams: at a threshold, round-off would otherwise change the steps taken.
     """
+    if not np.any(values):
+        return np.asarray(values, dtype=float)
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissa, BITS)), exponent - BITS))
 
@@ -76,8 +78,11 @@ def symmetrise_quadratic(tensor: Array) -> Array:
 
 def symmetrise_cubic(tensor: Array) -> Array:
     """B[r, j, k, l] averaged over the order of j, k, l: the force B qqq is unchanged."""
-    orders = ((0, 1, 2, 3), (0, 1, 3, 2), (0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1))
-    return np.asarray(sum(tensor.transpose(order) for order in orders) / 6)
+    total = tensor + tensor.transpose(0, 1, 3, 2)
+    for order in ((0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1)):
+        total += tensor.transpose(order)
+    total /= 6
+    return np.asarray(total)
 
 
 @attrs.frozen(eq=False, init=False)
@@ -242,13 +247,19 @@ class ModalSystem:
 def _over_mass(mass: Array, arrays: Mapping[str, Array]) -> dict[str, Array]:
     """The arrays of the equations divided by the mass, symmetric where they act symmetrically."""
     inverse = np.linalg.inv(mass)
-    divided = {name: np.tensordot(inverse, array, axes=1) for name, array in arrays.items()}
+    divided = {
+        # zeros, most often: they stay memory that is not touched
+        name: np.tensordot(inverse, array, axes=1) if array.any() else np.zeros(array.shape)
+        for name, array in arrays.items()
+    }
     divided["quadratic"] = symmetrise_quadratic(divided["quadratic"])
     divided["cubic"] = symmetrise_cubic(divided["cubic"])
     loss = divided.pop("cubic_damping")
-    loss = loss + loss.transpose(0, 2, 1, 3)
-    # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
-    divided["loss"] = (loss + loss.transpose(0, 1, 3, 2)) / 2
+    if loss.any():
+        loss = loss + loss.transpose(0, 2, 1, 3)
+        # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
+        loss = (loss + loss.transpose(0, 1, 3, 2)) / 2
+    divided["loss"] = loss
     return divided
 
 

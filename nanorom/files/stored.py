@@ -30,14 +30,15 @@ class Kind:
     """A kind of file: its usual name, and who loads it, says what it holds, and draws it.
 
     These are "module:function", loaded when they are needed.  text(content) gives what
-    `nanorom info` prints; draw(content, path, folder) writes pictures of the file at a path into a
-    folder, and takes ``measured`` if data can be drawn over it.
+    `nanorom info` prints; draw(content, path, folder, measured) writes pictures of the file at a
+    path into a folder; html(content) gives what a notebook shows.
     """
 
     name: str
     load: str
     text: str
     draw: str
+    html: str
 
 
 KINDS = {
@@ -46,18 +47,21 @@ KINDS = {
         "nanorom.rom.model:ReducedModel.load",
         "nanorom.report.text:model_text",
         "nanorom.plots.files:draw_model",
+        "nanorom.report.notebook:model_html",
     ),
     "nanorom-response": Kind(
         "response.h5",
         "nanorom.results.response:Response.load",
         "nanorom.report.text:response_text",
         "nanorom.plots.files:draw_response",
+        "nanorom.report.notebook:response_html",
     ),
     "nanorom-loadcurve": Kind(
         "tuning.h5",
         "nanorom.results.loadcurve:LoadCurve.load_file",
         "nanorom.results.loadcurve:LoadCurve.text",
         "nanorom.plots.files:draw_load_curve",
+        "nanorom.report.notebook:load_curve_html",
     ),
 }
 
@@ -82,6 +86,11 @@ def call(function: str, *arguments: Any, **options: Any) -> Any:
     for part in name.split("."):
         target = getattr(target, part)
     return target(*arguments, **options)
+
+
+def html(content: Any) -> str:
+    """What a notebook shows of a result."""
+    return str(call(KINDS[content.FORMAT].html, content))
 
 
 def load(path: str | Path) -> Any:

@@ -1,19 +1,19 @@
-"""What all pictures share: size, type, units in engineering prefixes, whole files."""
+"""What all pictures share: size, type, whole files."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 from PIL import Image
 
 from nanorom.files.whole import atomic_path
+from nanorom.scene.units import scaled as scaled
+from nanorom.scene.units import with_unit as with_unit
 
 COLUMN = 85 / 25.4  # width in inches of a journal column
 RESOLUTION = 300  # dots per inch: 1004 pixels across a column
@@ -35,8 +35,6 @@ SETTINGS = {
     "ytick.labelsize": 7,
 }
 
-PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
-
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
     """Draw with the settings of this module, whatever the caller's are."""
@@ -47,25 +45,6 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
             return draw(*args, **options)
 
     return drawn
-
-
-def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
-    """Factor and prefixed unit in which the largest of the values is 1 ... 1000."""
-    values = np.asarray(values, dtype=float)
-    largest = float(np.abs(values).max(initial=0.0))
-    if not np.isfinite(largest) or largest == 0.0:
-        return 1.0, unit
-    power = int(np.clip(3 * np.floor(np.log10(largest) / 3 + 1e-9), -15, 12))
-    return 10.0**-power, PREFIXES[power] + unit
-
-
-def with_unit(value: float, unit: str, digits: int = 4, trim: Literal["k", "-"] = "-") -> str:
-    """A value with prefixed unit, "21.15 MHz"; trim "k" keeps trailing zeros."""
-    factor, name = scaled(value, unit)
-    text = np.format_float_positional(
-        value * factor, precision=digits, unique=False, fractional=False, trim=trim
-    )
-    return f"{text} {name}"
 
 
 def save(figure: Figure, path: str | Path) -> None:

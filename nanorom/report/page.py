@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 from string import Template
@@ -12,12 +11,13 @@ import numpy as np
 
 from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.files.whole import atomic_path
-from nanorom.plots.style import with_unit
+from nanorom.report import html
 from nanorom.report import text as report
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.tables import NEGLIGIBLE, CoefficientTable
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
 
 MOST_CELLS = 30_000  # of a table of coefficients; larger ones are for other programs
 CAPTIONS = {
@@ -94,25 +94,22 @@ def write(
 
 
 def _figure(picture: Path) -> str:
-    data = base64.b64encode(picture.read_bytes()).decode("ascii")
-    caption = escape(CAPTIONS.get(picture.name, picture.stem))
-    return (
-        f'<figure><img alt="{caption}" width="600" src="data:image/png;base64,{data}">'
-        f"<figcaption>{caption}</figcaption></figure>"
-    )
+    caption = CAPTIONS.get(picture.name, picture.stem)
+    image = html.picture(picture.read_bytes(), caption)
+    return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def _modes(model: ReducedModel) -> str:
-    return "<h2>Modes</h2>" + _table(*report.model_rows(model))
+    return "<h2>Modes</h2>" + html.table(*report.model_rows(model))
 
 
 def _special_points(response: Response) -> str:
     head, units, *rows = report.point_rows(response)
     names = ", ".join(f"{kind.code} {kind.name}" for kind in KINDS.values())
-    text = _facts(report.level_facts(response)) + f'<p class="note">{escape(names)}</p>'
-    tables = [_table(head, units, *rows)] if rows else []
+    text = html.facts(report.level_facts(response)) + f'<p class="note">{escape(names)}</p>'
+    tables = [html.table(head, units, *rows)] if rows else []
     head, units, *rows = report.unexplored_rows(response)
-    tables += [_table(head, units, *rows)] if rows else []
+    tables += [html.table(head, units, *rows)] if rows else []
     return "<h2>Response</h2>" + text + "".join(tables)
 
 
@@ -130,7 +127,7 @@ def _coefficients(model: ReducedModel, order: int) -> str:
             (",".join(map(str, product)), *(f"{b:.4e}" if abs(b) > least else "0" for b in row))
             for product, row in zip(table.products, table.values)
         ]
-        body = _table((name, *table.labels), ("",) * (len(table.labels) + 1), *rows)
+        body = html.table((name, *table.labels), ("",) * (len(table.labels) + 1), *rows)
     return (
         f"<h2>Coefficients {name} in {escape(table.unit)}</h2><details><summary>"
         f"{len(table.products)} products of amplitudes, one column per equation</summary>"
@@ -144,19 +141,6 @@ def _parameters(scene: Scene) -> str:
 
 def _provenance(model: ReducedModel, seconds: Mapping[str, float]) -> str:
     times = ", ".join(f"{name} {value:.2f} s" for name, value in seconds.items())
-    return "<h2>How it was made</h2>" + _facts([*report.model_facts(model), ("run times", times)])
-
-
-def _facts(facts: Sequence[tuple[str, str]]) -> str:
-    rows = [f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in facts]
-    return f'<table class="facts">{"".join(rows)}</table>'
-
-
-def _table(head: Sequence[str], units: Sequence[str], *rows: Sequence[str]) -> str:
-    cells = [f"<th>{escape(n)}<small>{escape(u)}</small></th>" for n, u in zip(head, units)]
-    body = ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows]
-    lines = "\n".join(f"<tr>{row}</tr>" for row in body)
-    return (
-        f'<div class="wide"><table><thead><tr>{"".join(cells)}</tr></thead>\n'
-        f"<tbody>{lines}</tbody></table></div>"
+    return "<h2>How it was made</h2>" + html.facts(
+        [*report.model_facts(model), ("run times", times)]
     )

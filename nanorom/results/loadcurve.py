@@ -23,7 +23,7 @@ def _array(value: ArrayLike) -> NDArray[np.float64]:
 
 
 @layout.documented
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class LoadCurve:
     """States of a film along a load path; raises ModelError if the columns do not fit.
 
@@ -64,6 +64,13 @@ class LoadCurve:
         if self.quantity not in UNITS:
             raise ModelError(f"quantity: found {self.quantity}; allowed: {' | '.join(UNITS)}")
         schema.check(self)
+
+    def __repr__(self) -> str:
+        head = f"LoadCurve of {len(self.load)} states against the {self.quantity}"
+        return "\n".join([head, *layout.shown(self)])
+
+    def _repr_html_(self) -> str:
+        return stored.html(self)
 
     @property
     def stable(self) -> NDArray[np.bool_]:

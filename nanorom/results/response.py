@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from nanorom.continuation import Diagram
 from nanorom.errors import FileError
-from nanorom.files import hdf5, layout, schema
+from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.stored import Reader, Writer
 from nanorom.results import diagram_file
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Excitation, Sweep
 from nanorom.scene.fields import parse_toml
+from nanorom.scene.units import with_unit
 
 KEY = "key"  # attribute: what the levels were computed from, so that a run can go on
 EXCITATION = "excitation"  # attribute: drive and sweep, as TOML
@@ -54,11 +55,14 @@ class Response:
             kinds = [point.type for point in diagram.special_points]
             found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in sorted(set(kinds)))
             lines.append(
-                f"direct {direct:g} {self.drive.units[0]}, "
-                f"parametric {parametric:g} {self.drive.units[1]}: "
+                f"direct {with_unit(direct, self.drive.units[0])}, "
+                f"parametric {with_unit(parametric, self.drive.units[1])}: "
                 f"{len(diagram.branches)} branches, {found or 'no special points'}"
             )
         return "\n".join(lines + [f"{self.unfinished} to do"] * bool(self.unfinished))
+
+    def _repr_html_(self) -> str:
+        return stored.html(self)
 
     @property
     def excitation(self) -> str:

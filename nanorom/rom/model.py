@@ -36,6 +36,7 @@ from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
 from nanorom.scene.patterns.pattern import ParametricPattern, Proportional
 from nanorom.scene.scene import MOST_MODES
+from nanorom.scene.units import with_unit
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -169,10 +170,13 @@ class ReducedModel:
                 raise ModelError(f"{path}: the matrix is not symmetric")
 
     def __repr__(self) -> str:
-        low, high = self.frequency[[0, -1]]
+        low, high = (with_unit(float(f), "Hz", 6) for f in self.frequency[[0, -1]])
         modes = ", ".join(f"{n} {name}" for n, name in zip(self.number, self.label))
-        head = f"ReducedModel of {self.size} modes, {low:.6g} to {high:.6g} Hz"
+        head = f"ReducedModel of {self.size} modes, {low} to {high}"
         return "\n".join([head, *textwrap.wrap(f"modes: {modes}", 96), *layout.shown(self)])
+
+    def _repr_html_(self) -> str:
+        return stored.html(self)
 
     @property
     def size(self) -> int:

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from nanorom.errors import ModelError
 from nanorom.files import schema
-from nanorom.files.layout import documented
+from nanorom.files.layout import documented, shown
 from nanorom.rom.arrays import as_array, as_integers
 from nanorom.types import Array
 
 
 @documented
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class Shapes:
     """Mode shapes on a triangulation, to draw them and to rebuild the moving film.
 
@@ -32,6 +32,9 @@ class Shapes:
         converter=as_array,
         metadata=schema.array("L, P", "1", "mode shapes phi, max |phi| = 1 between the points"),
     )
+
+    def __repr__(self) -> str:
+        return "\n".join(["Shapes", *shown(self)])
 
     def __attrs_post_init__(self) -> None:
         schema.check(self, "shapes")

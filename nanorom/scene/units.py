@@ -1,4 +1,4 @@
-"""Quantities with units to SI numbers, at the border of the program and nowhere else."""
+"""Quantities with units to SI numbers and back, at the border of the program and nowhere else."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ import numbers
 import re
 from decimal import Decimal
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from nanorom.errors import SceneError
 
@@ -24,6 +27,8 @@ MEANINGS = {
     "Hz": ("a frequency", "20 MHz"),
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
 }
+
+PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
 _UNIT = r"[^\W\d_][^\W\d]*(?:\s*(?:\^|\*\*)\s*-?\d|[²³])?"
@@ -124,3 +129,22 @@ def _factor(name: str, key: str) -> tuple[Decimal, dict[str, float]]:
     if "radian" in str(unit.units):
         dimension["[angle]"] = 1.0
     return Decimal(unit.magnitude), dimension
+
+
+def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
+    """Factor and prefixed unit in which the largest of the values is 1 ... 1000."""
+    values = np.asarray(values, dtype=float)
+    largest = float(np.abs(values).max(initial=0.0))
+    if not np.isfinite(largest) or largest == 0.0:
+        return 1.0, unit
+    power = int(np.clip(3 * np.floor(np.log10(largest) / 3 + 1e-9), -15, 12))
+    return 10.0**-power, PREFIXES[power] + unit
+
+
+def with_unit(value: float, unit: str, digits: int = 4, trim: Literal["k", "-"] = "-") -> str:
+    """A value with prefixed unit, "21.15 MHz"; trim "k" keeps trailing zeros."""
+    factor, name = scaled(value, unit)
+    text = np.format_float_positional(
+        value * factor, precision=digits, unique=False, fractional=False, trim=trim
+    )
+    return f"{text} {name}"

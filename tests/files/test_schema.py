@@ -184,7 +184,7 @@ def test_every_class_with_a_format_is_a_row_of_the_kinds():
 
 @pytest.mark.parametrize("kind", stored.KINDS.values(), ids=stored.KINDS)
 def test_every_kind_of_file_can_be_loaded_told_and_drawn(kind):
-    for function in (kind.load, kind.text, kind.draw):
+    for function in (kind.load, kind.text, kind.draw, kind.html):
         module, _, name = function.partition(":")
         target = importlib.import_module(module)
         for part in name.split("."):
@@ -199,11 +199,23 @@ def test_a_file_of_another_kind_is_refused_with_the_kinds_there_are(tmp_path):
         stored.load(tmp_path / "x.h5")
 
 
-def test_repr_is_one_screen(make_model):
-    lines = repr(make_model(40)).splitlines()
-    assert len(lines) <= SCREEN[0] and max(map(len, lines)) <= SCREEN[1]
-    lines = repr(stored.load(DATA / "response-1.h5")).splitlines()
-    assert len(lines) <= SCREEN[0] and max(map(len, lines)) <= SCREEN[1]
+@pytest.mark.parametrize("name", FILES)
+def test_repr_is_one_screen(make_model, name):
+    for content in (stored.load(DATA / name), make_model(40)):
+        lines = repr(content).splitlines()
+        assert len(lines) <= SCREEN[0] and max(map(len, lines)) <= SCREEN[1]
+
+
+def test_a_notebook_shows_tables_and_pictures_of_the_modes(make_model):
+    model = stored.load(DATA / "rom-1.h5")
+    shown = model._repr_html_()
+    assert all(f"{frequency:.9e}" in shown for frequency in model.frequency)
+    assert shown.count("<img") == 1 and "mode shapes f01, f11s, f11c" in shown
+    assert "<img" not in attrs.evolve(model, shapes=None)._repr_html_()
+    response = stored.load(DATA / "response-1.h5")
+    assert "level 2" in response._repr_html_()
+    assert "<b>&" not in make_model(2, label=["<b>&", "f02"])._repr_html_()
+    assert "pulled in" in stored.load(DATA / "tuning-1.h5")._repr_html_()
 
 
 def test_no_module_lists_the_names_of_arrays_again():

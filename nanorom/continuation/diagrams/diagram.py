@@ -30,6 +30,11 @@ class SpecialPoint:
     multiplicity: int = 1
 
     @property
+    def frequency(self) -> float:
+        """omega / (2 pi): the drive frequency, in Hz where omega is in rad/s."""
+        return self.omega / (2 * np.pi)
+
+    @property
     def orbit(self) -> PeriodicOrbit:
         """The periodic orbit at the bifurcation."""
         return PeriodicOrbit(self.coefficients, self.omega, self.period_multiple)
@@ -60,6 +65,11 @@ class Branch:
     wave: str = ""
     family: bool = False
 
+    @property
+    def frequency(self) -> Array:
+        """omega / (2 pi) (n,): the drive frequencies, in Hz where omega is in rad/s."""
+        return np.asarray(self.omega) / (2 * np.pi)
+
     def orbit(self, index: int) -> PeriodicOrbit:
         """The periodic orbit of one point of the branch."""
         return PeriodicOrbit(
@@ -85,7 +95,7 @@ class Unexplored:
     why: str
 
 
-@attrs.define(eq=False)
+@attrs.define(eq=False, repr=False)
 class Diagram:
     """All branches and special points of one drive level, and what is known to be missing.
 
@@ -105,6 +115,9 @@ class Diagram:
             for point in self.special_points
             if (kind is None or point.type == kind) and (branch is None or point.branch == branch)
         ]
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         lines = [f"{len(self.branches)} branches, {len(self.special_points)} special points"]

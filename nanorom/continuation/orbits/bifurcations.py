@@ -18,6 +18,7 @@ from typing import Literal
 import attrs
 import numpy as np
 
+from nanorom.continuation.orbits.pairs import Index
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
@@ -107,12 +108,14 @@ def signed_log_product(factors: Numbers) -> tuple[Array, Array]:
     return signs, logs
 
 
-def test_function(condition: Condition, eigenvalues: Numbers, slopes: Array) -> tuple[Array, Array]:
+def test_function(
+    condition: Condition, eigenvalues: Numbers, slopes: Array, pairs: tuple[Index, Index]
+) -> tuple[Array, Array]:
     """Sign and log modulus of the test function of a condition at points with eigenvalues (n, 2L)
-    and slopes (n,) of the rate.
+    and slopes (n,) of the rate; `pairs` of eigenvalues that belong to the same modes.
     """
     if condition == "circle":
-        first, second = np.triu_indices(eigenvalues.shape[-1], 1)
+        first, second = pairs
         return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - 1.0)
     signs, logs = signed_log_product(eigenvalues - TARGETS[condition])
     if condition == "unit":

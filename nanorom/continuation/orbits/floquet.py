@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from nanorom.continuation.orbits.harmonics import (
     Support,
@@ -21,7 +19,8 @@ from nanorom.continuation.orbits.harmonics import (
     fourier_matrix,
     symmetry_signs,
 )
-from nanorom.continuation.orbits.pairs import Index, PairMatrix
+from nanorom.continuation.orbits.pairs import Index
+from nanorom.continuation.orbits.parts import Part, independent_parts
 from nanorom.continuation.orbits.product import LARGE, product_eigenvalues
 from nanorom.continuation.orbits.variation import TAYLOR_ORDER, Variation
 from nanorom.continuation.system import ScaledSystem
@@ -54,25 +53,6 @@ def _sampling(harmonics: int, period_multiple: int) -> tuple[Array, Array, Array
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
-    """Modes that the variational equation of orbits in one support couples, and their tangents."""
-
-    modes: Index
-    cubic: PairMatrix  # of moving modes, entries [r, l] of the part
-    quadratic: Array
-    loss: PairMatrix
-    mixed: Array  # [r, k, j, l]: r, j of the part, k, l moving
-    stiffness: Array
-    parametric: Array
-    damping: Array
-    variation: Variation
-
-    @property
-    def size(self) -> int:
-        return len(self.modes)
-
-
-@dataclass(frozen=True, eq=False)
 class _Motion:
     """Samples (n, N, m) of the moving modes of orbits and of their velocities (where those matter);
     what turns samples into Fourier coefficients; the drive (N,).
@@ -99,39 +79,21 @@ class FloquetSolver:
         values = np.linalg.eigvals(system.stiffness)
         self.fastest = float(np.sqrt(np.abs(values).max()))
         self._signs: dict[SupportKey, Array | None] = {}
-        self._parts: dict[SupportKey, tuple[Index, list[_Part]]] = {}
+        self._variations: dict[Part, Variation] = {}
         # intervals times rate, learnt on the way
         self._density: dict[tuple[int, bool, int], float] = {}
 
-    def parts(self, support: Support) -> tuple[Index, list[_Part]]:
+    def parts(self, support: Support) -> tuple[Index, list[Part]]:
         """The modes that move in a support and the independent parts of the equations."""
-        key = _key(support)
-        if key not in self._parts:
-            moving = np.flatnonzero(support.table.any(axis=1))
-            label = _coupled(self.system, moving)
-            groups = [np.flatnonzero(label == i) for i in range(label.max() + 1)]
-            self._parts[key] = moving, [self._part(moving, group) for group in groups]
-        return self._parts[key]
+        moving = np.flatnonzero(support.table.any(axis=1))
+        return moving, independent_parts(self.system, moving)
 
-    def _part(self, moving: Index, modes: Index) -> _Part:
-        system = self.system
-        cubic = system.cubic[np.ix_(modes, modes, moving, moving)].transpose(2, 3, 0, 1)
-        quadratic = system.quadratic[np.ix_(modes, moving, modes)].transpose(1, 0, 2)
-        loss = system.loss[np.ix_(modes, modes, moving, moving)].transpose(2, 3, 0, 1)
-        block = np.ix_(modes, modes)
-        return _Part(
-            modes=modes,
-            cubic=PairMatrix(3.0 * cubic),
-            quadratic=2.0 * quadratic.reshape(len(moving), len(modes) ** 2),
-            loss=PairMatrix(loss),
-            mixed=2.0 * system.loss[np.ix_(modes, moving, modes, moving)],
-            stiffness=system.stiffness[block].ravel(),
-            parametric=system.parametric[block].ravel(),
-            damping=system.damping[block].ravel(),
-            variation=Variation(system.damping[block], self.truncation),
-        )
+    def _variation(self, part: Part) -> Variation:
+        if part not in self._variations:
+            self._variations[part] = Variation(part.damping, self.truncation)
+        return self._variations[part]
 
-    def _harmonics(self, part: _Part, motion: _Motion) -> tuple[Array, Array | None]:
+    def _harmonics(self, part: Part, motion: _Motion) -> tuple[Array, Array | None]:
         """Fourier coefficients (n, F, Lp, Lp) of a part's tangent stiffness and damping."""
         v, z, analysis, drive = motion.v, motion.z, motion.analysis, motion.drive
         n, count, size = v.shape
@@ -139,14 +101,14 @@ class FloquetSolver:
         stiffness = part.cubic.of(flat).reshape(n, count, -1)
         if part.quadratic.any():
             stiffness += v @ part.quadratic
-        stiffness += part.stiffness
+        stiffness += part.stiffness.ravel()
         if part.parametric.any():
-            stiffness -= drive[:, None] * part.parametric
+            stiffness -= drive[:, None] * part.parametric.ravel()
         damping = None
         if z is not None:
             mixed = np.einsum("rkjl,nsl,nsk->nsrj", part.mixed, v, z, optimize=True)
             stiffness += mixed.reshape(n, count, -1)
-            damping = part.loss.of(flat).reshape(n, count, -1) + part.damping
+            damping = part.loss.of(flat).reshape(n, count, -1) + part.damping.ravel()
             damping = (analysis @ damping).reshape(n, -1, part.size, part.size)
         return (analysis @ stiffness).reshape(n, -1, part.size, part.size), damping
 
@@ -173,7 +135,7 @@ class FloquetSolver:
         return np.concatenate(matrices, axis=1), values
 
     def _part_maps(
-        self, part: _Part, motion: _Motion, period_multiple: int, support: Support
+        self, part: Part, motion: _Motion, period_multiple: int, support: Support
     ) -> tuple[Array, Array]:
         """Matrices (n, 2 Lp, 2 Lp) and eigenvalues (n, 2 Lp) of one part."""
         size, rates = part.size, motion.rates
@@ -190,7 +152,7 @@ class FloquetSolver:
         for first in range(0, len(rates), batch):
             some = slice(first, first + batch)
             stiffness, damping = self._harmonics(part, motion.some(some))
-            maps, intervals = part.variation.propagate(
+            maps, intervals = self._variation(part).propagate(
                 stiffness, damping, rates[some], intervals, half
             )
             if signs is not None:
@@ -205,6 +167,16 @@ class FloquetSolver:
     def entries(self, support: Support) -> int:
         """Number of entries d of the independent parts of a monodromy matrix."""
         return sum(4 * part.size**2 for part in self.parts(support)[1])
+
+    def pairs(self, support: Support) -> tuple[Index, Index]:
+        """Numbers of the first and the second of all pairs of eigenvalues of the same part."""
+        ends = np.cumsum([2 * part.size for part in self.parts(support)[1]])
+        starts = np.append(0, ends[:-1])
+        found = [np.triu_indices(end - start, 1) for start, end in zip(starts, ends)]
+        first, second = (
+            np.concatenate([pair[i] + start for pair, start in zip(found, starts)]) for i in (0, 1)
+        )
+        return first, second
 
     def eigenvalues(self, matrices: Array, support: Support) -> Array:
         """Eigenvalues (n, 2L) of matrices (n, d) as `maps` returns them."""
@@ -249,19 +221,6 @@ class FloquetSolver:
 
 def _key(support: Support) -> SupportKey:
     return support.table.tobytes(), support.table.shape
-
-
-def _coupled(system: ScaledSystem, moving: Index) -> Index:
-    """Numbers (L,) of the parts into which the modes fall while only some of them move."""
-    every = np.ix_(np.arange(system.size), np.arange(system.size), moving, moving)
-    joined = (system.stiffness != 0) | (system.damping != 0) | (system.parametric != 0)
-    joined |= (system.cubic[every] != 0).any(axis=(2, 3))
-    joined |= (system.quadratic[:, :, moving] != 0).any(axis=2)
-    if system.loss.any():
-        loss = system.loss != 0
-        joined |= loss[every].any(axis=(2, 3))
-        joined |= loss[:, moving][:, :, :, moving].any(axis=(1, 3))
-    return np.asarray(connected_components(coo_matrix(joined), directed=False)[1])
 
 
 def sort_multipliers(values: Array) -> Array:

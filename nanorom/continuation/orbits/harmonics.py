@@ -13,6 +13,7 @@ from itertools import combinations_with_replacement, product
 import numpy as np
 from numpy.typing import NDArray
 
+from nanorom.continuation.orbits.patterns import patterns
 from nanorom.continuation.system import ScaledSystem
 from nanorom.types import Array
 
@@ -124,16 +125,11 @@ def symmetry_signs(
     active = support.table.any(axis=1)
     odd = support.table[:, 1::2].any(axis=1)
     known = np.where(odd, -1, np.where(active, 1, 0))
-    plus, minus = (known == 1).astype(float), (known == -1).astype(float)
-    force = np.maximum(_pattern(system.cubic), _pattern(system.loss))
-
-    def through(one: Array, two: Array) -> NDArray[np.bool_]:
-        return np.einsum("rjkl,j,k->rl", force, one, two, optimize=True) > 0
-
-    quadratic = _pattern(system.quadratic)
-    same = (system.stiffness != 0) | (system.damping != 0) | through(plus, plus)
-    same |= through(minus, minus) | (np.einsum("rjl,j->rl", quadratic, plus) > 0)
-    opposite = through(plus, minus) | (np.einsum("rjl,j->rl", quadratic, minus) > 0)
+    plus, minus = known == 1, known == -1
+    acting = patterns(system)
+    same = (system.stiffness != 0) | (system.damping != 0) | acting.through(plus, plus)
+    same |= acting.through(minus, minus) | acting.quadratic[:, plus].any(axis=1)
+    opposite = acting.through(plus, minus) | acting.quadratic[:, minus].any(axis=1)
     if period_multiple % 2:
         opposite |= system.parametric != 0
     else:
@@ -185,8 +181,8 @@ def close_support(system: ScaledSystem, support: Support) -> Support:
     half = modulus // 2
     linear = ((system.stiffness != 0) | (system.damping != 0)).astype(float)
     parametric = (system.parametric != 0).astype(float)
-    quadratic = _pattern(system.quadratic)
-    cubic = np.maximum(_pattern(system.cubic), _pattern(system.loss))
+    acting = patterns(system)
+    quadratic, cubic = acting.quadratic.any(), acting.cubic.any()
     while True:
         before = table.copy()
         present = before.astype(float)
@@ -194,20 +190,12 @@ def close_support(system: ScaledSystem, support: Support) -> Support:
         for shift in (half, -half):
             table |= (parametric @ np.roll(present, shift, axis=1)) > 0
         residues = [r for r in range(modulus) if before[:, r].any()]
-        for pair in combinations_with_replacement(residues, 2):
-            if quadratic.any():
-                excited = np.einsum("rjk,j,k->r", quadratic, *(present[:, r] for r in pair)) > 0
-                _mark(table, excited, pair)
-        for triple in combinations_with_replacement(residues, 3):
-            a, b, c = (present[:, r] for r in triple)
-            _mark(table, ((cubic @ c) @ b) @ a > 0, triple)
+        for pair in combinations_with_replacement(residues, 2) if quadratic else ():
+            _mark(table, acting.from_two(*(before[:, r] for r in pair)), pair)
+        for triple in combinations_with_replacement(residues, 3) if cubic else ():
+            _mark(table, acting.from_three(*(before[:, r] for r in triple)), triple)
         if np.array_equal(table, before):
             return Support(table)
-
-
-def _pattern(tensor: Array) -> Array:
-    pattern = (tensor != 0).astype(float)
-    return np.maximum(pattern, pattern.swapaxes(1, 2)) if tensor.ndim == 4 else pattern
 
 
 def _mark(table: NDArray[np.bool_], excited: NDArray[np.bool_], residues: tuple[int, ...]) -> None:

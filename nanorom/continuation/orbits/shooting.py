@@ -1,169 +1,61 @@
 """Multiple shooting with Taylor series in time: a discretisation independent of harmonic balance.
 
-The period is cut into segments; each is crossed by one Taylor step of high order of the equations
-of motion together with their variational equation, all segments of all orbits at once. It confirms
-orbits, multipliers and special points, and corrects orbits by Newton's method. Source of the
-method: Jorba and Zou 2005, doi:10.1080/10586458.2005.10128904 (Taylor integration).
+The period is cut into segments; each is crossed by one Taylor step (`flow`) of the equations of
+motion together with their variational equation, all segments at once. It confirms orbits,
+multipliers and special points, and corrects orbits by Newton's method.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import factorial
 
 import numpy as np
 from scipy.sparse import block_diag, eye, kron
 from scipy.sparse.linalg import splu
 
+from nanorom.continuation.orbits.flow import TaylorStepper
 from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
 from nanorom.continuation.orbits.orbit import Orbit
-from nanorom.continuation.orbits.pairs import moving_modes
+from nanorom.continuation.orbits.pairs import Index
+from nanorom.continuation.orbits.parts import independent_parts
 from nanorom.continuation.orbits.product import product_eigenvalues
 from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
-TIME_ORDER = 24
 SMALL = 1e-14  # last terms of a segment, relative to the orbit
 MOST_SEGMENTS = 7000
 STEP_ANGLE = 1.5  # of the fastest mode within a segment
 CONVERGED = 1e-12  # of an orbit: the last change of Newton's method
-REST, TINY = 1e-9, 1e-300  # sizes of an orbit at rest, and of none
+REST = 1e-9  # size of an orbit at rest
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """What shooting says about an orbit: the largest gap between segments, and their maps (M, 2L,
-    2L).
+    """What shooting says about an orbit: the largest gap between segments, and for each independent
+    part of the variational equation its modes and maps (M, 2 Lp, 2 Lp) over the segments.
     """
 
     defect: float
-    maps: Array
+    parts: list[tuple[Index, Array]]
 
     @property
     def monodromy(self) -> Array:
-        result = self.maps[0]
-        for step in self.maps[1:]:
-            result = step @ result
-        return np.asarray(result)
+        """The matrix (2L, 2L) of the state (q, q') over the period."""
+        size = sum(len(modes) for modes, _ in self.parts)
+        result = np.zeros((2 * size, 2 * size))
+        for modes, maps in self.parts:
+            place = np.append(modes, size + modes)
+            product = maps[0]
+            for step in maps[1:]:
+                product = step @ product
+            result[np.ix_(place, place)] = product
+        return result
 
     @property
     def multipliers(self) -> Array:
-        return product_eigenvalues(self.maps)
-
-
-class TaylorStepper:
-    """One Taylor step of q'' + C q' + G(q) q + W(q) q' = (f + P q) cos(omega t) for a batch of
-    states.
-    """
-
-    def __init__(self, system: ScaledSystem, order: int = TIME_ORDER) -> None:
-        self.system, self.order = system, order
-        size = system.size
-        # matrices [l, r] of the force G(q) q, linear in q_j q_k of j <= k, or in q_j
-        moving = moving_modes(system, np.arange(size))
-        self.cubic, self.loss = moving.cubic, moving.loss
-        self.quadratic = np.ascontiguousarray(system.quadratic.transpose(1, 2, 0)).reshape(
-            size, size * size
-        )
-        self.has_quadratic, self.has_loss = bool(self.quadratic.any()), bool(self.loss.any())
-        frequencies = np.sqrt(np.abs(np.linalg.eigvals(system.stiffness)))
-        self.fastest = float(frequencies.max())
-
-    def step(
-        self, states: Array, omega: Array, phase: Array, duration: Array, variation: bool = True
-    ) -> tuple[Array, Array | None, float]:
-        """States (n, 2L) after `duration` (n,), maps (n, 2L, 2L) and the size of the last Taylor
-        terms.
-
-        phase (n,) is the drive's phase at the start of the step.
-        """
-        system, order, size = self.system, self.order, self.system.size
-        n = len(states)
-        h = duration[:, None]
-        q = np.zeros((n, order + 1, size))
-        q[:, 0], q[:, 1] = states[:, :size], h * states[:, size:]
-        # back[:, order - k] is q[:, k], so that a convolution is one product; forces are transposed
-        back = np.zeros((n, order + 1, size))
-        back[:, order], back[:, order - 1] = q[:, 0], q[:, 1]
-        secant = np.empty((n, (order - 1) * size, size))
-        tangent = np.empty((n, order - 1, size, size)) if variation else None
-        friction = np.zeros((n, order - 1, size, size)) if self.has_loss else None
-        parametric, stiffness = system.parametric.T, system.stiffness.T
-        for k in range(order - 1):
-            factor = (omega * duration) ** k / float(factorial(k))
-            drive = factor * np.cos(phase + k * np.pi / 2)
-            squares = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
-            squares = squares.reshape(n, -1)
-            cubic = self.cubic.of_squares(squares).reshape(n, size, size)
-            linear = -drive[:, None, None] * parametric
-            if k == 0:
-                linear = linear + stiffness
-            here = secant[:, k * size : (k + 1) * size]
-            np.add(cubic, linear, out=here)
-            if tangent is not None:
-                tangent[:, k] = here + 2 * cubic
-            if self.has_quadratic:
-                quadratic = (q[:, k] @ self.quadratic).reshape(n, size, size)
-                here += quadratic
-                if tangent is not None:
-                    tangent[:, k] += 2 * quadratic
-            past = back[:, order - k :].reshape(n, 1, -1)
-            force = np.matmul(past, secant[:, : (k + 1) * size])[:, 0]
-            force -= drive[:, None] * system.force
-            speed = (k + 1) * q[:, k + 1] / h
-            force += speed @ system.damping.T
-            if friction is not None:
-                friction[:, k] = self.loss.of_squares(squares).reshape(n, size, size)
-                speeds = back[:, order - k - 1 : order] * np.arange(k + 1, 0, -1.0)[:, None]
-                loss = friction[:, : k + 1].reshape(n, -1, size)
-                force += np.matmul((speeds / h[:, :, None]).reshape(n, 1, -1), loss)[:, 0]
-            q[:, k + 2] = back[:, order - k - 2] = -(h**2) * force / ((k + 1) * (k + 2))
-        weights = np.arange(order + 1.0)
-        ends = np.concatenate([q.sum(axis=1), np.einsum("k,nkr->nr", weights, q) / h], axis=1)
-        error = float(np.abs(q[:, -2:]).max() / max(np.abs(q).max(), TINY))
-        if tangent is None:
-            return ends, None, error
-        if friction is not None:
-            self._add_friction_tangent(tangent, q, h)
-        return ends, self._variation(tangent, friction, h), error
-
-    def _add_friction_tangent(self, tangent: Array, q: Array, h: Array) -> None:
-        """Derivative of W(q, q) q' with respect to q: needs all orders of q."""
-        n, count, size, _ = tangent.shape
-        mixed = 2 * self.system.loss.transpose(1, 3, 2, 0).reshape(size * size, size * size)
-        speeds = q[:, 1:] * np.arange(1, q.shape[1])[:, None] / h[:, :, None]
-        for k in range(count):
-            pairs = np.matmul(speeds[:, : k + 1].transpose(0, 2, 1), q[:, k::-1])
-            tangent[:, k] += (pairs.reshape(n, -1) @ mixed).reshape(n, size, size)
-
-    def _variation(self, tangent: Array, friction: Array | None, h: Array) -> Array:
-        """Maps (n, 2L, 2L) of the state over the step from Taylor coefficients (n, k, L, L),
-        transposed.
-        """
-        n, count, size, _ = tangent.shape
-        order, scale = self.order, h[:, :, None]
-        by_row = np.ascontiguousarray((tangent * scale[..., None] ** 2).transpose(0, 3, 1, 2))
-        # y[:, order - k] holds the coefficient of order k, so that a convolution is one product
-        y = np.empty((n, order + 1, size, 2 * size))
-        y[:, order] = np.eye(size, 2 * size)
-        y[:, order - 1] = np.eye(size, 2 * size, size)
-        flat = y.reshape(n, (order + 1) * size, 2 * size)
-        loss = scale * self.system.damping
-        for k in range(count):
-            rows = by_row[:, :, : k + 1].reshape(n, size, -1)
-            force = np.matmul(rows, flat[:, (order - k) * size :])
-            force += (k + 1) * np.matmul(loss, y[:, order - k - 1])
-            if friction is not None:
-                speeds = y[:, order - k - 1 : order] * np.arange(k + 1, 0, -1.0)[:, None, None]
-                force += scale * np.einsum("nilr,nilc->nrc", friction[:, : k + 1], speeds)
-            y[:, order - k - 2] = -force / ((k + 1) * (k + 2))
-        maps = np.empty((n, 2 * size, 2 * size))
-        maps[:, :size] = y.sum(axis=1)
-        maps[:, size:] = np.einsum("k,nkrc->nrc", np.arange(order, -1, -1.0), y) / scale
-        maps[:, :, size:] *= scale
-        return maps
+        return np.concatenate([product_eigenvalues(maps) for _, maps in self.parts])
 
 
 class Shooting:
@@ -172,14 +64,33 @@ class Shooting:
     def __init__(self, system: ScaledSystem) -> None:
         self.system = system
         self.stepper = TaylorStepper(system)
+        self._steppers: dict[bytes, TaylorStepper] = {}
 
     def check(self, orbit: Orbit) -> Shot:
-        """Defect and monodromy matrix along an orbit given by its Fourier coefficients."""
+        """Defect and monodromy matrices along an orbit given by its Fourier coefficients.
+
+        Modes whose coefficients are all zero are at rest, where the equations keep them.
+        """
+        moving = np.flatnonzero(orbit.coefficients.any(axis=0))
+        stepper = self._of_moving(moving)
+        states = np.append(moving, self.system.size + moving)
         for nodes, phases, duration in self._segments(orbit):
-            defects, maps, error = self._gaps(nodes, phases, duration, orbit.omega)
-            if error < SMALL:
+            starts, same = nodes[:, states], np.ones(len(nodes))
+            flow = stepper.flow(starts, orbit.omega * same, phases, duration * same)
+            if flow.error < SMALL:
                 break
-        return Shot(float(np.abs(defects).max()), maps)
+        defects = flow.ends - np.roll(starts, -1, axis=0)
+        parts = independent_parts(self.system, moving)
+        found = [(part.modes, flow.maps(part)) for part in parts]
+        return Shot(float(np.abs(defects).max(initial=0.0)), found)
+
+    def _of_moving(self, moving: Index) -> TaylorStepper:
+        if len(moving) == self.system.size:
+            return self.stepper
+        key = moving.tobytes()
+        if key not in self._steppers:
+            self._steppers[key] = TaylorStepper(self.system.restrict(moving))
+        return self._steppers[key]
 
     def correct(
         self, orbit: Orbit, tolerance: float = CONVERGED, iterations: int = 10
@@ -194,7 +105,8 @@ class Shooting:
             nodes = nodes + change
             if np.abs(change).max() < tolerance * max(np.abs(nodes).max(), REST):
                 gaps, maps, _ = self._gaps(nodes, phases, duration, orbit.omega)
-                return nodes[0], Shot(float(np.abs(gaps).max()), maps)
+                every = np.arange(self.system.size)
+                return nodes[0], Shot(float(np.abs(gaps).max()), [(every, maps)])
         raise ContinuationError("shooting does not converge to a periodic orbit")
 
     def _nodes(self, orbit: Orbit) -> tuple[Array, Array, float]:
@@ -241,5 +153,3 @@ def _cyclic_solve(maps: Array, gaps: Array) -> Array:
         eye(count, format="csc").tocsc()[:, np.arange(count) - 1], eye(size), format="csc"
     )
     return np.asarray(splu(matrix).solve(-gaps.ravel()).reshape(count, size))
-
-

@@ -24,6 +24,7 @@ from nanorom.continuation.orbits.bifurcations import (
     test_function,
 )
 from nanorom.continuation.orbits.coordinates import pairs
+from nanorom.continuation.orbits.pairs import Index
 from nanorom.continuation.points.crossings import crossings
 from nanorom.types import Array, Numbers
 
@@ -76,6 +77,7 @@ class Detector:
     def __init__(self, path: Path) -> None:
         self.path = path
         size = 2 * path.tracer.system.size
+        self.couples = path.floquet.pairs(path.tracer.support)
         self.places: list[Place] = []
         self.positions = np.empty(0)
         self.maps = np.empty((0, path.entries))
@@ -167,7 +169,7 @@ class Detector:
         number = np.cumsum(exact)  # of the interval that begins at a sample
         wanted: list[float] = []
         for condition in self.conditions:
-            signs, logs = test_function(condition, eigenvalues, slopes)
+            signs, logs = test_function(condition, eigenvalues, slopes, self.couples)
             changes = np.flatnonzero(signs[1:] != signs[:-1])
             # one between two points is a root to be located, more of them want points between
             interval, count = np.unique(number[changes], return_counts=True)
@@ -219,7 +221,7 @@ class Detector:
             chain = np.concatenate([ends[:, :1], values, ends[:, 1:]], axis=1)
             ends = np.stack([chain[:, :-1], chain[:, 1:]], axis=2).reshape(-1, 2, values.shape[-1])
             turn = turn.repeat(SAMPLES) / SAMPLES
-            kept = np.flatnonzero(_may_meet(ends[:, 0], ends[:, 1], turn))
+            kept = np.flatnonzero(_may_meet(ends[:, 0], ends[:, 1], turn, self.couples))
             if not len(kept):
                 break
             start = np.column_stack([start, places]).ravel()[kept]
@@ -250,7 +252,7 @@ class Detector:
 
     def _roots(self, condition: Condition) -> list[Detected]:
         slopes = self.path.rate_slopes(self.positions)
-        signs, _ = test_function(condition, self.eigenvalues, slopes)
+        signs, _ = test_function(condition, self.eigenvalues, slopes, self.couples)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
             if condition == "circle" and _neutral(*self.eigenvalues[i : i + 2]):
@@ -284,7 +286,7 @@ class Detector:
             weights = _lagrange(s[near], np.array([position]))[0]
             eigenvalues = self.path.eigenvalues((weights @ self.maps[near])[None])
             slope = self.path.rate_slope(self.path.place(position))
-            signs, logs = test_function(condition, eigenvalues, np.array([slope]))
+            signs, logs = test_function(condition, eigenvalues, np.array([slope]), self.couples)
             return float(signs[0] * np.exp(np.clip(logs[0], -LOGS, LOGS)))
 
         low, high = s[number], s[number + 1]
@@ -303,7 +305,7 @@ class Detector:
             place = Place(step, a)
             eigenvalues = self.path.maps([place])[1]
             slope = np.array([self.path.rate_slope(place)])
-            signs, logs = test_function(condition, eigenvalues, slope)
+            signs, logs = test_function(condition, eigenvalues, slope, self.couples)
             if reference is None:
                 reference = float(logs[0])
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -LOGS, LOGS)))
@@ -344,7 +346,7 @@ def _apart(eigenvalues: Array, predicted: Array) -> Array:
     return np.asarray(np.where(sizes > INSIDE, gaps / np.maximum(1.0, sizes), 0.0).max(axis=1))
 
 
-def _may_meet(before: Array, after: Array, turn: Array) -> Array:
+def _may_meet(before: Array, after: Array, turn: Array, couples: tuple[Index, Index]) -> Array:
     """Whether two eigenvalues may meet and pass the unit circle between samples (n, 2L), while the
     fastest turns by `turn` (n,).
 
@@ -353,7 +355,7 @@ def _may_meet(before: Array, after: Array, turn: Array) -> Array:
     """
     # to the nearest: of two that change places it says nothing, but they turn
     moved = np.abs(before[:, :, None] - after[:, None, :]).min(axis=2) + turn[:, None]
-    first, second = np.triu_indices(before.shape[1], 1)
+    first, second = couples
     moved = moved[:, first] + moved[:, second]
     gaps = np.abs(before[:, first] - before[:, second])
     size = np.minimum(np.abs(before[:, first]), np.abs(before[:, second]))

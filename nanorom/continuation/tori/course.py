@@ -49,7 +49,8 @@ class Course:
         if self.members and member.step:
             before = self.members[-1]
             self.events += events(family, before, member)
-            for ratio in passed(before.curve.rotation, member.curve.rotation):
+            turns = before.curve.rotation, member.curve.rotation
+            for ratio in passed(*turns) if family.free else ():
                 try:
                     self.tongues.append(tongue(family, before, member, ratio))
                 except ContinuationError:
@@ -62,6 +63,8 @@ class Course:
     def _beyond(self, family: Family) -> tuple[Curve, Direction] | None:
         """The first torus on the far side of the tongue that ends the family, and how to go on."""
         last = self.members[-1]
+        if not family.free:
+            return None
         ratio = nearest(last.curve.rotation)
         try:
             met = around(family.equations.map, last.curve, ratio)

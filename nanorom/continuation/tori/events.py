@@ -54,9 +54,19 @@ def _crossings(family: Family, before: Member, after: Member, fold: Member | Non
         chosen = slice(k, k + 2) if paired else slice(k, k + 1)
         place = _locate(family, before, after, partial(_growth, chosen))
         k = chosen.stop
-        kind = "TR" if paired else "PD" if doubles(place.curve, place.factors.maps) else "BP"
+        kind = (
+            "TR"
+            if paired
+            else "PD"
+            if doubles(place.curve, place.factors.maps, place.free)
+            else "BP"
+        )
         found.append(Event(kind, place))
     return found
+
+
+def _single(place: Member) -> str:
+    return "PD" if doubles(place.curve, place.factors.maps, place.free) else "BP"
 
 
 def _growth(chosen: slice, member: Member) -> float:

@@ -35,15 +35,16 @@ class Member:
 
     step: float = 0.0  # from the member before, along its tangent
     bend: Direction | None = None  # change of the tangent per unit of length
+    free: bool = True  # the second angle is the motion's own
 
     @cached_property
     def exponents(self) -> Array:
-        """Growth (2L - 1,) of the normal directions per application of the map, falling."""
-        return exponents(self.curve, self.factors.maps)
+        """Growth of the directions per application of the map, falling (see `stability`)."""
+        return exponents(self.curve, self.factors.maps, self.free)
 
     @cached_property
     def unstable(self) -> int:
-        """How many normal directions grow."""
+        """How many directions grow."""
         return int((self.exponents > 0).sum())
 
 
@@ -51,7 +52,7 @@ class Family:
     """Curves that go on from one another while one parameter changes."""
 
     def __init__(self, map_: ReturnMap, tolerance: float, harmonics: int, steps: int) -> None:
-        self.equations = Invariance(map_)
+        self.equations, self.free = Invariance(map_), map_.free
         self.tolerance, self.steps = tolerance, steps
         self.ladder = [h for h in HARMONICS if h <= harmonics]
         self.ending = "open"
@@ -112,7 +113,7 @@ class Family:
         curve, border = curve.resized(harmonics), border.resized(harmonics)
         factors = self.equations.linearise(curve, border)
         tangent = factors.tangent(curve)
-        return Member(curve, tangent, factors)
+        return Member(curve, tangent, factors, free=self.free)
 
     def beside(self, member: Member, step: float) -> Member:
         """The member a step farther along the tangent of another; raises ContinuationError."""
@@ -137,7 +138,7 @@ class Family:
         """
         here = self.member(curve, border)
         yield here
-        step = min(0.5 * curve.radius, LONGEST * curve.scale)
+        step = min(0.5 * curve.radius, LONGEST * curve.scale) if self.free else LONGEST
         self.ending = "steps"
         for _ in range(self.steps):
             there, step = self._step(here, step)
@@ -149,7 +150,9 @@ class Family:
                     self.ending = "range"
                     yield self._limit(here, there, limit)
                     return
-            if _overlap(here.curve, there.curve) < 0:  # through the orbit, to its other side
+            if (
+                self.free and _overlap(here.curve, there.curve) < 0
+            ):  # through the orbit, to its other side
                 step = (
                     0.9 * there.step * here.curve.radius / (here.curve.radius + there.curve.radius)
                 )
@@ -157,7 +160,7 @@ class Family:
             shrunk = there.curve.radius < min(SHRUNK * there.curve.scale, here.curve.radius)
             here = there
             yield here
-            if shrunk:
+            if shrunk and self.free:
                 self.ending = "bifurcation"
                 return
 
@@ -173,7 +176,7 @@ class Family:
         return replace(self.at_parameter(there, limit), step=there.step, bend=there.bend)
 
     def _step(self, here: Member, step: float) -> tuple[Member | None, float]:
-        scale = here.curve.scale
+        scale = here.curve.scale if self.free else max(here.curve.scale, 1.0)
         step = min(step, LONGEST * scale)
         unresolved = 0
         while step > SHORTEST * scale and unresolved < UNRESOLVED:

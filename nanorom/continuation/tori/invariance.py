@@ -136,16 +136,21 @@ class Invariance:
     def __init__(self, map_: ReturnMap) -> None:
         self.map = map_
 
+    def _given(self, curve: Curve, ahead: float = 0.0) -> float:
+        rotation = self.map.rotation(curve.parameter + ahead)
+        assert rotation is not None
+        return rotation
+
     def residual(self, curve: Curve) -> Array:
         """P(x) - x(theta + rotation) at the nodes, (N, 2L)."""
-        images = self.map(curve.values, curve.parameter)
+        images = self.map(curve.values, curve.parameter, curve.circle.angles)
         return np.asarray(images - curve.circle.rotation(curve.rotation) @ curve.values)
 
     def defect(self, curve: Curve) -> float:
         """Largest residual half way between the nodes, relative to the curve."""
         nodes = curve.circle
         middle = nodes.angles + np.pi / nodes.count
-        images = self.map(nodes.interpolation(middle) @ curve.values, curve.parameter)
+        images = self.map(nodes.interpolation(middle) @ curve.values, curve.parameter, middle)
         wanted = nodes.interpolation(middle + curve.rotation) @ curve.values
         return float(np.abs(images - wanted).max() / curve.scale)
 
@@ -153,8 +158,8 @@ class Invariance:
         """Factors of the equations with the phase condition and the border."""
         nodes, size = curve.circle, curve.values.shape[1]
         n = nodes.count * size
-        images, maps = self.map.with_tangent(curve.values, curve.parameter)
-        ahead = self.map(curve.values, curve.parameter + SLOPE)
+        images, maps = self.map.with_tangent(curve.values, curve.parameter, nodes.angles)
+        ahead = self.map(curve.values, curve.parameter + SLOPE, nodes.angles)
         turned = nodes.rotation(curve.rotation)
         along = nodes.derivative @ curve.values
         matrix = np.zeros((n + 2, n + 2), order="F")
@@ -166,7 +171,11 @@ class Invariance:
         matrix[:n, :n] = blocks.reshape(n, n)
         matrix[:n, n] = -(turned @ along).ravel()
         matrix[:n, n + 1] = ((ahead - images) / SLOPE).ravel()
-        matrix[n, :n] = along.ravel() / nodes.count
+        if self.map.free:
+            matrix[n, :n] = along.ravel() / nodes.count
+        else:
+            matrix[n, n] = 1.0
+            matrix[n, n + 1] = -(self._given(curve, SLOPE) - self._given(curve)) / SLOPE
         matrix[n + 1] = border.row()
         lu, pivots, info = lapack.dgetrf(matrix, overwrite_a=True)
         if info < 0 or not np.all(np.isfinite(np.diag(lu))):
@@ -196,14 +205,19 @@ class Invariance:
         for _ in range(BROYDEN):
             right = np.zeros(len(factors.lu))
             right[:-2] = -self.residual(curve).ravel()
+            if not self.map.free:
+                right[-2] = self._given(curve) - curve.rotation
             change = _updated(factors.solve(right), steps)
-            size = float(np.abs(change[:-2]).max()) / curve.scale
+            moved = curve.moved(_direction(change, curve), 1.0)
+            # a response may start from rest; a curve of its own does not come from nowhere
+            scale = curve.scale if self.map.free else max(curve.scale, moved.scale)
+            size = float(np.abs(change[:-2]).max()) / scale
             size = max(size, abs(float(change[-2])), abs(float(change[-1])))
             if not np.isfinite(size) or size > FARTHEST:
                 raise ContinuationError("torus: the correction leaves the neighbourhood")
             if size > previous:
                 return curve, False
-            curve = curve.moved(_direction(change, curve), 1.0)
+            curve = moved
             if size < NEWTON:
                 return curve, True
             if size > SLOW * previous and size > NEARLY:

@@ -73,6 +73,20 @@ class QuasiPeriodic:
         kept = kept[np.argsort(rates[kept])]
         return rates[kept], amplitudes[kept], orders[kept]
 
+    def line(self, first: int, second: int) -> Numbers:
+        """Complex amplitude (L,), in the unit of q, of the line at first omega / period_multiple +
+        second times the second frequency: q has the part Re(amplitude exp(i frequency t)).
+        """
+        if second < 0 or (second == 0 and first < 0):
+            return self.line(-first, -second).conj()
+        most, last = self.orders[0][-1], self.orders[1][-1]
+        if abs(first) > most or second > last:
+            return np.zeros(self._modes, dtype=complex)
+        amplitude = self.coefficients[first + most, second]
+        if second == 0 and first != 0:  # both signs of the order are in the series
+            amplitude = amplitude + self.coefficients[most - first, 0].conj()
+        return np.asarray(amplitude)
+
     @property
     def _modes(self) -> int:
         return int(self.coefficients.shape[2])
@@ -128,7 +142,8 @@ def motion(map_: ReturnMap, curve: Curve) -> QuasiPeriodic:
     modes, last = curve.values.shape[1] // 2, curve.circle.harmonics
     count = FIRST_SAMPLES * p
     while True:
-        q = map_.samples(curve.values, curve.parameter, count)[:, :, :modes]
+        states = map_.samples(curve.values, curve.parameter, count, curve.circle.angles)
+        q = states[:, :, :modes]
         times = 2 * np.pi * p / omega * np.arange(count) / count
         along = np.fft.rfft(q, axis=1)[:, : last + 1] / curve.circle.count
         along *= np.exp(-1j * second * np.multiply.outer(times, np.arange(last + 1)))[:, :, None]

@@ -55,7 +55,7 @@ def varied(system: ModalSystem, given: Mapping[str, Level]) -> Varied:
     ((name, span),) = ranges.items()
     if name == "omega":
         return _frequency(system, check_range(span), levels)  # type: ignore[arg-type]
-    return _level(system, name, _rising(name, span), levels)
+    return _level(system, name, rising(name, span), levels)
 
 
 def _frequency(
@@ -90,7 +90,8 @@ def _level(
     )
 
 
-def _rising(name: str, value: object) -> tuple[float, float]:
+def rising(name: str, value: object) -> tuple[float, float]:
+    """A range as two floats; raises ContinuationError unless it is finite and rising."""
     try:
         low, high = (float(v) for v in value)  # type: ignore[attr-defined]
     except (TypeError, ValueError):

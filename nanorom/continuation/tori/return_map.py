@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nanorom.continuation.orbits.shooting import TaylorStepper
+from nanorom.continuation.orbits.flow import TaylorStepper
 from nanorom.continuation.system import ScaledSystem
 from nanorom.types import Array
 
@@ -23,7 +23,12 @@ LEAST_ORDER = 8
 
 
 class ReturnMap:
-    """States at drive phase 0 -> states a period of the response later."""
+    """States at drive phase 0 -> states a period of the response later.
+
+    `angles` of the states on a curve matter only where a second drive gives them (`TwoToneMap`).
+    """
+
+    free = True  # the second angle is the motion's own
 
     def __init__(
         self, equations: Equations, period_multiple: int = 1, signs: Array | None = None
@@ -47,17 +52,25 @@ class ReturnMap:
             self._stepper = parameter, TaylorStepper(system), omega
         return self._stepper[1:]
 
-    def __call__(self, states: Array, parameter: float) -> Array:
+    def rotation(self, parameter: float) -> float | None:
+        """The turn of the second angle where it is given: not here."""
+        return None
+
+    def __call__(self, states: Array, parameter: float, angles: Array | None = None) -> Array:
         """Images (n, 2L) of the states (n, 2L)."""
         return self._advance(states, parameter, False)[0]
 
-    def with_tangent(self, states: Array, parameter: float) -> tuple[Array, Array]:
+    def with_tangent(
+        self, states: Array, parameter: float, angles: Array | None = None
+    ) -> tuple[Array, Array]:
         """Images (n, 2L) and their derivatives (n, 2L, 2L) by the states."""
         images, maps = self._advance(states, parameter, True)
         assert maps is not None
         return images, maps
 
-    def samples(self, states: Array, parameter: float, count: int) -> Array:
+    def samples(
+        self, states: Array, parameter: float, count: int, angles: Array | None = None
+    ) -> Array:
         """States (count, n, 2L) at `count` equidistant times of the whole period."""
         stepper, omega = self.at(parameter)
         duration = 2 * np.pi * self.period_multiple / omega / count

@@ -5,7 +5,7 @@ the flow about a torus is reducible), then frames that begin with the tangent of
 carried on by QR factors from every node at once. Along the curve the growth is zero; the others are
 those of the normal directions, and their sum is the mean of log |det|. Sources: Dieci, Russell and
 Van Vleck 1997, doi:10.1137/S0036142993247311 (frames); Jorba 2001, doi:10.1088/0951-7715/14/5/303
-(reducibility, and the operator whose eigenvalues are the multipliers).
+(reducibility).
 """
 
 from __future__ import annotations
@@ -34,16 +34,17 @@ def iterated(maps: Array, rotation: float) -> tuple[Array, float, int]:
     return maps, rotation, times
 
 
-def exponents(curve: Curve, maps: Array) -> Array:
-    """Logarithms (2L - 1,) of the growth of the normal directions per application of the map, in
-    falling order; that along the curve, zero, is left out.
+def exponents(curve: Curve, maps: Array, free: bool = True) -> Array:
+    """Logarithms of the growth per application of the map, in falling order: (2L - 1,) of the
+    normal directions, without the zero along the curve, if its angle is `free`; all (2L,) where a
+    second drive gives the angle.
     """
-    return np.sort(_carried(curve, maps)[0])[::-1]
+    return np.sort(_carried(curve, maps, free)[0])[::-1]
 
 
-def _carried(curve: Curve, maps: Array) -> tuple[Array, Array, float]:
-    """Growth (2L - 1,) of the normal directions, the frames (N, 2L, 2L) at the nodes turned by an
-    angle, and that angle.
+def _carried(curve: Curve, maps: Array, free: bool) -> tuple[Array, Array, float]:
+    """Growth of the directions, the frames (N, 2L, 2L) at the nodes turned by an angle, and that
+    angle.
     """
     nodes, size = curve.circle, maps.shape[1]
     along = nodes.derivative @ curve.values
@@ -55,40 +56,32 @@ def _carried(curve: Curve, maps: Array) -> tuple[Array, Array, float]:
     for number in range(TRANSIENT + FRAMES):
         table = nodes.interpolation(nodes.angles + number * turn)
         # exactly along the curve, or the faster growing directions would take it over
-        frame[:, :, 0] = table @ along
-        frame = np.linalg.qr(frame)[0]
+        if free:
+            frame[:, :, 0] = table @ along
+            frame = np.linalg.qr(frame)[0]
         here = (table @ flat).reshape(power.shape)
         frame, upper = np.linalg.qr(here @ frame)
         if number >= TRANSIENT:
             total += np.log(np.abs(np.diagonal(upper, axis1=1, axis2=2))).mean(axis=0)
-    return total[1:] / (FRAMES * times), frame, (TRANSIENT + FRAMES) * turn
+    return total[int(free) :] / (FRAMES * times), frame, (TRANSIENT + FRAMES) * turn
 
 
-def doubles(curve: Curve, maps: Array) -> bool:
-    """Whether the normal direction that grows fastest changes its sign, once round the curve or by
-    the map: a torus that branches along it is twice as long.
+def doubles(curve: Curve, maps: Array, free: bool = True) -> bool:
+    """Whether the direction that grows fastest changes its sign, once round the curve or by the
+    map: a torus that branches along it is twice as long.
     """
     nodes = curve.circle
-    _, frame, angle = _carried(curve, maps)
-    field = frame[:, :, 1].copy()
+    _, frame, angle = _carried(curve, maps, free)
+    field = frame[:, :, int(free)].copy()
     for i in range(1, nodes.count):
         field[i] *= np.sign(field[i] @ field[i - 1]) or 1.0
     if field[-1] @ field[0] < 0:
         return True
-    back = nodes.interpolation(-angle + nodes.angles) @ field  # at the nodes themselves
-    image = np.einsum("nij,nj->ni", maps, back)
-    tangent = nodes.rotation(curve.rotation) @ nodes.derivative @ curve.values
-    tangent /= np.linalg.norm(tangent, axis=1)[:, None]
-    image -= (image * tangent).sum(axis=1)[:, None] * tangent
+    here = nodes.interpolation(nodes.angles - angle) @ field  # at the nodes themselves
+    image = np.einsum("nij,nj->ni", maps, here)
+    if free:
+        tangent = nodes.rotation(curve.rotation) @ nodes.derivative @ curve.values
+        tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+        image -= (image * tangent).sum(axis=1)[:, None] * tangent
     wanted = nodes.interpolation(nodes.angles + curve.rotation - angle) @ field
     return float((image * wanted).sum()) < 0
-
-
-def multipliers(curve: Curve, maps: Array) -> Array:
-    """Eigenvalues of the transfer operator psi(theta + rotation) = A(theta) psi(theta) in finitely
-    many harmonics: circles of equal modulus, of which those of smooth psi are accurate.
-    """
-    nodes, size = curve.circle, maps.shape[1]
-    back = nodes.rotation(-curve.rotation)
-    operator = np.einsum("ij,jab->iajb", back, maps).reshape(nodes.count * size, -1)
-    return np.asarray(np.linalg.eigvals(operator))

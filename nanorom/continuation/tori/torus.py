@@ -92,10 +92,12 @@ class ResonanceTongue:
 
     @property
     def name(self) -> str:
+        """p:q, as in "1:13"."""
         return f"{self.ratio.numerator}:{self.ratio.denominator}"
 
     @property
     def width(self) -> float:
+        """high - low, in the unit of the parameter."""
         return self.high - self.low
 
 

@@ -1,39 +1,55 @@
-"""Cells that shrink geometrically towards the places where a film's support changes.
+"""Cells that shrink geometrically towards corners and towards where a film's support changes.
 
-Where a held edge meets a free one, stress and curvature are singular, and a uniform mesh converges
-slowly whatever its degree; on cells that shrink in geometric progression high degrees converge
-exponentially (Babuska and Guo 1986, doi:10.1007/BF00298649).
+There stress and curvature are singular, and a uniform mesh converges slowly whatever its degree; on
+cells whose size is a share of their distance from the corner high degrees converge exponentially
+(Babuska and Guo 1986, doi:10.1007/BF00298649).  Cells are bisected at their longest edges (Rivara
+1984, doi:10.1002/nme.1620200412), so that thin ones become as wide as long before they shrink.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import attrs
 import numpy as np
 
+from nanorom.fem.mesh.singular import Corner
 from nanorom.fem.symmetry import AXES, line
-from nanorom.scene.support import Kind, Spring
+from nanorom.scene.support import Kind
 
 Edges = dict[int, tuple[np.ndarray, np.ndarray]]  # curve -> vertex pairs (m, 2), spans (m, 2)
 
 MIRRORS = tuple(map(line, AXES))
-EXPONENT = 1.5  # error of the energy ~ (smallest cell)^exponent: clamped against free, 90 degrees
+SHARE, SHARE_RATE = 2.0, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
+LARGEST_SHARE = 3.0
+CORNER_ERROR = 0.2  # of the energy's singular part where no cell shrinks
+SMALLEST_MOVING = 0.3  # size of cells that move by that before: rounding grows with them
+LONGER = 1e-9  # edges that differ by less than this (relative) are as long
+STRAIGHT = 1e-3  # radians by which a straight side may turn
 
 
 @attrs.frozen
 class Corners:
-    """How to grade: kind of support by name of a curve; ratio of neighbouring cells; how often."""
+    """How to grade: kind of support by name of a curve, Poisson's ratio, tolerance of energies."""
 
     kind: Callable[[str], Kind]
-    ratio: float
-    levels: int
+    nu: float
+    tolerance: float
 
-    @classmethod
-    def to_tolerance(cls, kind: Callable[[str], Kind], tolerance: float) -> Corners:
-        """Smaller steps for smaller tolerances: cells of one degree resolve only so much each."""
-        ratio = min(0.5, 0.3 * (1e-6 / tolerance) ** 0.1)
-        return cls(kind, ratio, int(np.ceil(np.log(tolerance) / np.log(ratio) / EXPONENT)))
+    @property
+    def share(self) -> float:
+        """Longest edge of a cell by its distance from the nearest corner."""
+        return min(LARGEST_SHARE, SHARE * (self.tolerance / 1e-6) ** (1 / SHARE_RATE))
+
+    @property
+    def cells_per_octave(self) -> float:
+        """About how many cells halve the size of those at a corner of 90 degrees: counted."""
+        return 4.5 if self.share > np.sqrt(2) else 16.0 / self.share
+
+    def smallest(self, corner: Corner) -> float:
+        """Size of the cells at a corner by their size before."""
+        size = float((self.tolerance / CORNER_ERROR) ** (1 / corner.exponent(self.nu)))
+        return max(size, SMALLEST_MOVING) if corner.moves else size
 
 
 @attrs.define(eq=False)
@@ -47,32 +63,99 @@ class Triangulation:
     triangles: np.ndarray
     edges: Edges
 
-    def graded(self, corners: Corners, facets: Mapping[str, np.ndarray]) -> Triangulation:
-        """Grade towards every vertex where the kind of support changes.
+    def graded(
+        self, corners: Corners, facets: Mapping[str, np.ndarray], straight: Collection[int] = ()
+    ) -> Triangulation:
+        """Bisect cells until each is small by its distance from every corner.
 
-        facets: named edges (m, 2); those on mirrors are not supports.
+        facets: named edges (m, 2), those on mirrors are no supports; straight: curves that are.
         """
         mesh = Triangulation(self.points, self.triangles, dict(self.edges))
-        places = changes(mesh.triangles, corners.kind, facets)
-        for i in places:
-            for j in places[places > i]:
-                if mesh._neighbours(i, j):
-                    mesh._cut(i, j, 0.5)
-        for i in places:
-            for _ in range(corners.levels):
-                for j in np.setdiff1d(mesh.triangles[(mesh.triangles == i).any(axis=1)], i):
-                    mesh._cut(i, j, corners.ratio)
-        return mesh
+        found = self._corners(corners.kind, facets, straight)
+        if not found:
+            return mesh
+        places = np.array(sorted(found))
+        first = np.array([mesh._shortest(i) for i in places])
+        smallest = first * [corners.smallest(found[i]) for i in places]
+        while True:
+            excess = mesh._excess(places, smallest, corners.share)
+            if excess.max() <= 1:
+                return mesh
+            mesh._bisect(mesh.triangles[excess.argmax()])
 
-    def _neighbours(self, i: int, j: int) -> bool:
-        """Whether an edge joins two vertices."""
-        here = (self.triangles == i).any(axis=1) & (self.triangles == j).any(axis=1)
-        return bool(here.any())
+    def _shortest(self, i: int) -> float:
+        """Shortest edge of the triangles at a vertex."""
+        return float(self._lengths(self.triangles[(self.triangles == i).any(axis=1)]).min())
 
-    def _cut(self, i: int, j: int, fraction: float) -> None:
-        """Put a vertex on the edge from i to j; it halves the triangles on both sides."""
+    def _lengths(self, triangles: np.ndarray) -> np.ndarray:
+        """Lengths (c, 3) of the edges opposite to each vertex."""
+        x = self.points[triangles]
+        return np.linalg.norm(x[:, (1, 2, 0)] - x[:, (2, 0, 1)], axis=2)
+
+    def _excess(self, places: np.ndarray, smallest: np.ndarray, share: float) -> np.ndarray:
+        """Longest edge of every cell (c,) by the longest that corners at places (m,) allow."""
+        vertices = self.points[self.triangles]
+        away = np.linalg.norm(vertices[:, :, None] - self.points[places], axis=3).min(axis=1)
+        allowed = np.maximum(share * away, smallest).min(axis=1)
+        return np.asarray(self._lengths(self.triangles).max(axis=1) / allowed)
+
+    def _bisect(self, cell: np.ndarray) -> None:
+        """Cut a cell's longest edge; where that of its neighbour there is longer, that first."""
+        while True:
+            lengths = self._lengths(cell[None])[0]
+            i, j = np.delete(cell, lengths.argmax())
+            here = (self.triangles == i).any(axis=1) & (self.triangles == j).any(axis=1)
+            cells = self.triangles[here]
+            longest = self._lengths(cells).max(axis=1)
+            if longest.max() <= (1 + LONGER) * lengths.max():
+                return self._cut(i, j)
+            cell = cells[longest.argmax()]
+
+    def _corners(
+        self,
+        kind: Callable[[str], Kind],
+        facets: Mapping[str, np.ndarray],
+        straight: Collection[int],
+    ) -> dict[int, Corner]:
+        """Vertices of the boundary where kinds of support or two straight sides meet."""
+        sides = np.sort(self.triangles[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2), axis=1)
+        edges, count = np.unique(sides, axis=0, return_counts=True)
+        kinds: dict[tuple[int, int], Kind] = dict.fromkeys(_pairs(edges[count == 1]), "free")
+        for name, facet in facets.items():
+            for pair in _pairs(facet):
+                if name in MIRRORS:
+                    kinds.pop(pair, None)
+                else:
+                    kinds[pair] = kind(name)
+        curves = {pair: tag for tag, (pairs, _) in self.edges.items() for pair in _pairs(pairs)}
+        ends: dict[int, list[tuple[int, int]]] = {}
+        for pair in kinds:
+            for vertex in pair:
+                ends.setdefault(vertex, []).append(pair)
+        found = {}
+        for vertex, pairs in ends.items():
+            if len(pairs) < 2:
+                continue  # the other edge is on a mirror
+            first, last = (kinds[pair] for pair in pairs[:2])
+            tags = {curves.get(pair) for pair in pairs}
+            angle = self._angle(vertex)
+            turns = len(tags) > 1 and tags <= set(straight) and abs(angle - np.pi) > STRAIGHT
+            if turns or first != last:
+                found[vertex] = Corner(first, last, angle)
+        return found
+
+    def _angle(self, vertex: int) -> float:
+        """Angle of the film at a vertex of its boundary."""
+        at, place = np.nonzero(self.triangles == vertex)
+        first, last = (self.points[self.triangles[at, (place + k) % 3]] for k in (1, 2))
+        a, b = first - self.points[vertex], last - self.points[vertex]
+        cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        return float(np.abs(np.arctan2(cross, np.sum(a * b, axis=1))).sum())
+
+    def _cut(self, i: int, j: int) -> None:
+        """Put a vertex on the middle of an edge; it halves the triangles on both sides."""
         new = len(self.points)
-        middle = (1 - fraction) * self.points[i] + fraction * self.points[j]
+        middle = 0.5 * (self.points[i] + self.points[j])
         self.points = np.concatenate([self.points, middle[None]])
         here = (self.triangles == i).any(axis=1) & (self.triangles == j).any(axis=1)
         cells = self.triangles[here]
@@ -82,8 +165,7 @@ class Triangulation:
             cut = (np.sort(pairs, axis=1) == sorted((i, j))).all(axis=1)
             if not cut.any():
                 continue
-            share = np.where(pairs[cut, 0] == i, fraction, 1 - fraction)
-            t = (1 - share) * spans[cut, 0] + share * spans[cut, 1]
+            t = spans[cut].mean(axis=1)
             middles = np.full(len(t), new)
             self.edges[tag] = _halved(pairs, cut, middles), _halved(spans, cut, t)
 
@@ -95,27 +177,6 @@ def _halved(ends: np.ndarray, cut: np.ndarray, middles: np.ndarray) -> np.ndarra
     return np.concatenate([ends[~cut], first, second])
 
 
-def changes(
-    triangles: np.ndarray, kind: Callable[[str], Kind], facets: Mapping[str, np.ndarray]
-) -> np.ndarray:
-    """Vertices of the boundary at which edges of different kinds meet."""
-    sides = np.sort(triangles[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(sides, axis=0, return_counts=True)
-    kinds = dict.fromkeys(_pairs(edges[count == 1]), "free")
-    for name, facet in facets.items():
-        for pair in _pairs(np.sort(facet, axis=1)):
-            if name in MIRRORS:
-                kinds.pop(pair, None)
-            else:
-                # on springs the film moves, and tiny cells would only add rounding errors
-                own = kind(name)
-                kinds[pair] = "free" if isinstance(own, Spring) else own
-    found: dict[int, set[str]] = {}
-    for pair, held in kinds.items():
-        for vertex in pair:
-            found.setdefault(vertex, set()).add(held)
-    return np.array(sorted(v for v, own in found.items() if len(own) > 1), dtype=np.int64)
-
-
 def _pairs(edges: np.ndarray) -> list[tuple[int, int]]:
-    return [(int(i), int(j)) for i, j in edges]
+    """Edges (m, 2) with the smaller vertex first."""
+    return [(int(i), int(j)) for i, j in np.sort(edges, axis=1)]

@@ -2,13 +2,13 @@
 
 High order is the lever: degree 8 on few curved cells.  The cell size follows from the shortest
 wavelength asked for; edges get rings or rows of cells down to the layer sqrt(D/T) in which a
-clamped plate bends, and the corners of a rectangle, where the in-plane field is singular, rows
-that shrink geometrically.  The constants were set against the exact solutions of
-`nanorom bench --accuracy`.
+clamped plate bends; towards corners, where the solution is singular, cells shrink by themselves.
+The constants were set against the exact solutions of `nanorom bench --accuracy`.
 """
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import attrs
@@ -16,6 +16,7 @@ import numpy as np
 
 from nanorom.fem.mesh.corners import Corners
 from nanorom.fem.mesh.gmsh import MESHES, Grading
+from nanorom.fem.mesh.singular import Corner
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
 from nanorom.scene.geometry import (
     Disc,
@@ -37,9 +38,6 @@ LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for
 AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
 ALIKE = 0.05  # rings that differ by less than this are one
 SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, rounding errors grow
-CORNER_RATIO = 6.0  # widths of neighbouring rows towards a corner
-CORNER_ERROR = 1e-2  # of that field where no row shrinks towards the corner
-CORNER_EXPONENT = 3.0  # error of the singular in-plane field ~ (smallest row)^exponent
 
 
 @attrs.frozen
@@ -94,7 +92,9 @@ def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discreti
 
 
 def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
-    return None if tolerance is None else Corners.to_tolerance(scene.support.kind, tolerance)
+    if tolerance is None:
+        return None
+    return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance)
 
 
 def _cell_size(
@@ -210,22 +210,15 @@ def _rectangle(
     mirrors: Mirrors,
     tolerance: float | None,
 ) -> Discretisation:
-    """Rows and columns that shrink towards every supported side.
-
-    Not towards a free one: the film moves there, and tiny cells would only add rounding error.
-    Corners between the two kinds are graded by themselves.
-    """
+    """Rows and columns that shrink towards clamped sides; corners are graded by themselves."""
     sides = {"x": geometry.length / length, "y": geometry.width / length}
     parameters = {"length": sides["x"], "width": sides["y"]}
     size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)
     lines = {}
-    crossing = {"x": OPPOSITE["y"], "y": OPPOSITE["x"]}
     for axis, side in sides.items():
-        free = all(scene.supports[end] == "free" for end in crossing[axis])
         low, high = (
             _within(
-                side / 2,
-                _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance, not free),
+                side / 2, _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance)
             )
             for end in OPPOSITE[axis]
         )
@@ -251,22 +244,15 @@ def _rectangle(
 
 
 def _end_rows(
-    kind: Kind, size: float, layer: float, tolerance: float | None, corners: bool
+    kind: Kind, size: float, layer: float, tolerance: float | None
 ) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
-    layer : in which it bends, if clamped; corners: whether it has corners that are graded so.
+    layer : in which it bends, if clamped.
     """
-    if kind == "free" or tolerance is None:
+    if tolerance is None or not (kind == "clamped" or isinstance(kind, Spring)):
         return np.empty(0)
-    rows = np.empty(0)
-    if kind == "clamped" or isinstance(kind, Spring):
-        rows = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
-    if not corners:
-        return rows
-    last = float(np.append(size, rows)[-1])
-    smallest = size * (tolerance / CORNER_ERROR) ** (1 / CORNER_EXPONENT)
-    return np.concatenate([rows, _shrinking(last, smallest, CORNER_RATIO)])
+    return _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
 
 
 def cells_of(chosen: Discretisation) -> int | None:
@@ -276,5 +262,20 @@ def cells_of(chosen: Discretisation) -> int | None:
         counts = np.minimum(np.ceil(p["growth"] * np.arange(1, p["rings"] + 1)), p["sectors"] / 4)
         return int(p["quadrants"] * (2 * counts.sum() - counts[-1]))
     if "n_x" in p:
-        return int(2 * p["n_x"] * p["n_y"])
+        return int(2 * p["n_x"] * p["n_y"] + _corner_cells(chosen))
     return None
+
+
+def _corner_cells(chosen: Discretisation) -> float:
+    """About how many cells the corners of a rectangle add."""
+    if chosen.corners is None:
+        return 0.0
+    kind, octaves = chosen.corners.kind, 0.0
+    ends = [
+        [end for end in OPPOSITE[axis] if not (axis in chosen.mirrors.axes and end == half)]
+        for axis, half in (("x", "left"), ("y", "bottom"))
+    ]
+    for first, last in itertools.product(*ends):
+        corner = Corner(kind(first), kind(last), np.pi / 2)
+        octaves -= np.log2(chosen.corners.smallest(corner))
+    return octaves * chosen.corners.cells_per_octave

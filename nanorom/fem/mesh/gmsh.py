@@ -132,16 +132,17 @@ def _from_geometry(
     _check(points, triangles, file)
     points = points.copy()
     edges = {tag: _curve_edges(gmsh, tag, vertex, points) for _, tag in gmsh.model.getEntities(1)}
+    if grading is not None:
+        points = grading.move(points)
     if corners is not None:
         named = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
-        mesh = Triangulation(points, triangles, edges).graded(corners, named)
+        straight = [tag for tag in edges if gmsh.model.getType(1, tag) == "Line"]
+        mesh = Triangulation(points, triangles, edges).graded(corners, named, straight)
         points, triangles, edges = mesh.points, mesh.triangles, mesh.edges
         for tag, (pairs, spans) in edges.items():
             if gmsh.model.getType(1, tag) != "Line" and len(pairs):
                 points[pairs] = _on_curve(gmsh, tag, spans)
     facets = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
-    if grading is not None:
-        points = grading.move(points)
     if order == 1:
         return MeshData(points, triangles, 1, facets)
     edge_points = {}

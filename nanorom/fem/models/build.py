@@ -17,6 +17,7 @@ from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, Spring
 
+STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
 
 
@@ -46,6 +47,7 @@ def build_plate(
     groups.check_alike(across, domain.mesh.geometry.x)
     kinds = boundary_kinds(scene, list(domain.facets), part)
     check_boundary(scene, domain, kinds)
+    check_turning(domain, kinds, part)
     springs = {
         side: (
             None if kind.spring is None else kind.spring * scales.length / scales.tension,
@@ -121,3 +123,27 @@ def check_boundary(scene: Scene, domain: mesh.Domain, kinds: dict[str, Kind]) ->
                 f"support.{name}: {inside} of its edges lie inside the film; allowed there: "
                 "simply_supported | free"
             )
+
+
+def check_turning(domain: mesh.Domain, kinds: dict[str, Kind], mirrors: Mirrors) -> None:
+    """Raise SceneError if the film can turn about a straight line that alone holds it. Collective.
+
+    What tension there is across the line relaxes: it resists no such motion.
+    """
+    held = []
+    for name, kind in kinds.items():
+        if kind == "clamped" or isinstance(kind, Spring) and kind.rotational > 0:
+            return
+        if kind != "free":
+            held.append(name)
+    vertices = compat.facet_vertices(domain.mesh, domain.facets_of(held))
+    points = domain.mesh.geometry.x[np.unique(vertices), :2]
+    points, _ = mirrors.unfold(points, np.empty((0, len(points))), [])
+    motions = np.column_stack([np.ones(len(points)), points])
+    gram = domain.comm.allreduce(motions.T @ motions)
+    squares = np.linalg.eigvalsh(gram)
+    if squares[0] < STRAIGHT * squares[-1]:
+        raise SceneError(
+            f"support: found {' and '.join(held)}, which leave the film free to turn about a "
+            "straight line; clamp it there or hold another side"
+        )

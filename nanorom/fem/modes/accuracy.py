@@ -30,6 +30,8 @@ FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its e
 AVERAGES = 6.0  # from that of a shape and of what weighs it to the error of integrals over it
 IN_PLANE = 1.5  # from that of the in-plane displacement to its error
 STRETCHED = 1.0  # from the same to the error of frequencies that it stiffens
+SLOWEST = 0.6  # ratio of tails of the strongest singularity, a crack's is 0.5; beyond is noise
+RELAXED = 1.5  # from the bound on what an error of relaxed pre-stress does to its estimate
 DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
 CHUNK = 256  # cells at a time
 
@@ -96,6 +98,23 @@ def of_state(plate: Plate, deflection: np.ndarray, stiffening: float, in_plane: 
     return float(FREQUENCY * beyond / total + STRETCHED * in_plane) if total > 0 else 0.0
 
 
+def of_relaxation(modes: Modes, displacement: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Estimated error (n,), relative, of frequencies under a pre-stress that relaxed. Collective.
+
+    displacement: (local dofs,) of the relaxation; pairs: errors of the energy of the displacements
+    that modes cause, see `InPlane.energies`.  An error e of the displacement changes phi.K phi
+    by the work of the stress of e on the slopes of phi, which is the product in energy of e and of
+    what that displacement leaves out that the slopes of phi cause (Galerkin's orthogonality).
+    """
+    plate = modes.plate
+    unit = float(plate.membrane_stiffness.value)
+    own = float(in_plane_errors(plate, displacement[:, None])[0]) / unit
+    stiffness = np.diag(modes.modal_stiffness()) / plate.mirrors.copies
+    if len(pairs) != len(stiffness):
+        pairs = pairs.max(keepdims=True)
+    return np.asarray(0.5 * RELAXED * np.sqrt(own * pairs) / stiffness)
+
+
 def of_tensor(cubic: np.ndarray, modes: ModeErrors, in_plane: float) -> float:
     """Estimated error of a cubic tensor relative to its largest entry.
 
@@ -125,9 +144,12 @@ def extrapolated(tails: np.ndarray) -> np.ndarray:
     """What is beyond degree k, from what is beyond k - 1, k - 2 and k - 3, (3, ...).
 
     Even and odd degrees do not shrink the tail alike: the next shrinks it as the last but one.
+    Tails end at degree k: where they decay as slowly as at a corner, as a power of the degree, most
+    of the energy is beyond it.
     """
     last, longer, longest = tails
-    return last * np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
+    ratio = np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
+    return last * ratio / (1 - np.minimum(ratio, SLOWEST)) ** 3
 
 
 def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:

@@ -18,17 +18,32 @@ from nanorom.fem.solvers import algebra
 from nanorom.scene.film import Tension
 
 TOLERANCE = 1e-10  # of the eigenvalue
+NOT_FOUND = "its critical tension was not found"
 
 
-def told(plate: Plate, tension: Tension) -> str:
-    """One line for the user: the state is not stable, and what is the critical tension."""
+def told(plate: Plate, tension: Tension, loaded: bool) -> str:
+    """One line for the user: the state is not stable, and what is the critical tension.
+
+    loaded : a load acts; else a pre-stress that is not constant has relaxed at free edges.
+    """
     if not plate.bending:
         return (
             "the flat state is not stable: a membrane has no stiffness under compression; "
             "raise the tension or give the film bending stiffness (plate.model)"
         )
+    if plate.prestress is not None and not loaded:
+        return (
+            "the film is not stable under its pre-stress, which relaxes where it pulls at free "
+            "edges: it buckles, or its supports leave it a motion that nothing resists; raise the "
+            "tension along its free edges or hold more of its sides"
+        )
     if plate.prestress is not None or plate.shape is not None or plate.attraction is not None:
         return "the static state is not stable under its load; lower the load or raise the tension"
+    if tension.x == tension.y == 0:
+        return (
+            "the film is not stable: its supports leave it a motion that nothing resists; hold "
+            "more of its sides, or clamp one"
+        )
     factor = critical_factor(plate)
     x, y = factor * tension.x, factor * tension.y
     values = f"{x:.8g} N/m" if x == y else f"{x:.8g} N/m along x and {y:.8g} N/m along y"
@@ -83,7 +98,10 @@ def _largest(a: PETSc.Mat, b: PETSc.Mat) -> float:
     start.set(1.0)
     solver.setInitialSpace([start])
     solver.setFromOptions()
-    solver.solve()
+    try:
+        solver.solve()
+    except PETSc.Error as error:
+        raise SolverError(f"the flat state is not stable; {NOT_FOUND}: {error}") from error
     if solver.getConverged() < 1:
-        raise SolverError("the flat state is not stable; its critical tension was not found")
+        raise SolverError(f"the flat state is not stable; {NOT_FOUND}")
     return float(solver.getEigenvalue(0).real)

@@ -29,6 +29,7 @@ EIGEN_ACCEPTED = 1e-8  # relative residual beyond which a mode is refused
 SETTLED = 1e-11  # relative change of a shape at which iterations end; of an eigenvalue its square
 PATIENCE = 3, 15  # steps that have to halve the change, or rounding is all they see: matrix, force
 MOST_STEPS, MOST_ROUNDS = 120, 6  # of iterations from the modes of degree 2, of new forces
+ROUNDED = 0.3  # relative rounding of an eigenvalue from which corrections do not lead back
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
 EXTRA = 2  # modes beyond those asked for, so that a pair is not cut in two
@@ -292,6 +293,14 @@ def lowest(
     order = np.argsort(values)
     values, vectors = values[order], vectors[:, order]
     if force is not None:
+        rounded = values
         values, vectors, _ = polished(force, m, factors.solve_once, vectors)
+        change = np.abs(rounded / values - 1).max()
+        if not change < ROUNDED:
+            raise SolverError(
+                f"rounding changes the stiffness of modes by {change:.1e}, more than {ROUNDED:g}: "
+                "the smallest cells are too stiff beside the film; ask for a larger tolerance or "
+                "give the mesh no smaller cells than it needs"
+            )
     solver.reset()  # large: not left to what frees objects at its own time
     return values, vectors

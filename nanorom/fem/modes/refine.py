@@ -43,6 +43,7 @@ def polished(
     comm, count = mass.comm.tompi4py(), vectors.shape[1] - guards
     space = Subspace(comm, force, mass)
     new, changes = vectors, []
+    best = np.empty(0), vectors, np.inf
     for _ in range(corrections):
         space.add(new)
         values, vectors, residual = space.lowest(count)
@@ -50,12 +51,14 @@ def polished(
         sizes = [np.sum(a**2, axis=0) for a in (correction, vectors)]
         change, size = comm.allreduce(np.stack(sizes))
         changes.append(float(np.sqrt((change / size).max())))
+        if changes[-1] < best[2]:  # beyond it corrections are of rounding errors
+            best = values, vectors - correction, changes[-1]
         far = change > tolerance**2 * size
         if not far.any() or changes[-1] > 0.5 * min(changes[:-patience], default=np.inf):
             break
         space.shrink(KEPT * count, MOST_KEPT * count)
         new = correction[:, far]
-    return values, vectors - correction, changes[-1]
+    return best
 
 
 class Subspace:

@@ -107,7 +107,7 @@ def solve(
         try:
             modes = coupled.solve(plate, scene.modes.highest)
         except eigen.UnstableError as error:
-            raise SolverError(buckling.told(plate, scene.tension)) from error
+            raise SolverError(buckling.told(plate, scene.tension, not scene.flat)) from error
         modes, names = labels.name(scene, modes)
         selected = np.array(scene.modes.numbers) - 1
         stiffening = accuracy.stiffening_of(plate, static.tension)
@@ -115,22 +115,46 @@ def solve(
     with watch.stage("tensors"):
         force = force_of(scene, scales, units, modes, watch, journal)
     with watch.stage("errors"):
-        in_plane, told = force.in_plane, dict(force.diagnostics)
-        state_error = 0.0
-        if static.deflection is not None:
-            state_error = accuracy.of_state(plate, static.deflection, stiffening, in_plane.error)
-            told["error_state"] = state_error
-        told |= {
-            "error_frequency": float(errors.frequency.max()) + state_error + unseen,
-            "error_frequencies": errors.frequency,
-            "error_tensor": accuracy.of_tensor(force.cubic, errors, in_plane.error) + unseen,
-            "error_rounding": float(errors.rounding.max()),
-        }
-        if np.isfinite(in_plane.eigenvalue):
-            told["in_plane_frequency"] = scales.in_plane_frequency(in_plane.eigenvalue)
+        told = force.diagnostics | error_estimates(static, modes, errors, force, stiffening, unseen)
+        if np.isfinite(force.in_plane.eigenvalue):
+            eigenvalue = force.in_plane.eigenvalue
+            told["in_plane_frequency"] = scales.in_plane_frequency(eigenvalue)
         told |= plate.solvers.told(team.across)
         told = team.across.bcast(told)  # all groups decide alike
     return Solution(modes, [names[i] for i in selected], static, force, told)
+
+
+def error_estimates(
+    static: state.StaticState,
+    modes: Modes,
+    errors: accuracy.ModeErrors,
+    force: Force,
+    stiffening: float,
+    unseen: float,
+) -> dict[str, Any]:
+    """Estimated relative errors of frequencies and of the cubic tensor, by name. Collective.
+
+    errors: of the modes; stiffening: of the state, see `accuracy.stiffening_of`; unseen: effect of
+    an edge layer that the mesh does not see.
+    """
+    found: dict[str, Any] = {}
+    frequency, of_state = errors.frequency, 0.0
+    if static.deflection is not None:
+        of_state = accuracy.of_state(
+            static.plate, static.deflection, stiffening, force.in_plane.error
+        )
+        found["error_state"] = of_state
+    if static.relaxed is not None:
+        energies = force.in_plane.energies
+        frequency = frequency + accuracy.of_relaxation(modes, static.relaxed, energies)
+    of_shapes = accuracy.of_tensor(force.cubic, errors, force.in_plane.error)
+    of_stiffness = float((frequency - errors.frequency).max())  # it changes shapes too
+    return found | {
+        "error_frequency": float(frequency.max()) + of_state + unseen,
+        "error_frequencies": frequency,
+        "error_tensor": of_shapes + of_stiffness + of_state + unseen,
+        "error_rounding": float(errors.rounding.max()),
+    }
 
 
 def static_state(

@@ -8,8 +8,9 @@ from typing import Protocol, TypeVar
 
 import attrs
 import numpy as np
+from petsc4py import PETSc
 
-from nanorom.errors import AccuracyWarning, MeshError, SolverError
+from nanorom.errors import AccuracyWarning, NanoromError
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 
@@ -65,7 +66,7 @@ def solved_to_tolerance(
         discard(last)
         try:
             last = solve(aim)
-        except (MeshError, SolverError) as error:
+        except (NanoromError, PETSc.Error) as error:
             broken = f"; a finer mesh failed: {error}"
             break
         best = min(best, last, key=lambda solution: solution.error)

@@ -47,11 +47,16 @@ class Units:
 
 @attrs.frozen(eq=False)
 class StaticState:
-    """The plate about its equilibrium, and the deflection (local dofs,) from its first shape."""
+    """The plate about its equilibrium, and how it came there.
+
+    deflection: (local dofs,) from its first shape; tension: the mean; relaxed: (local dofs,)
+    in-plane displacement where pre-stress that pulls at free edges relaxed.
+    """
 
     plate: Plate
     deflection: np.ndarray | None = None
     tension: float | None = None
+    relaxed: np.ndarray | None = None
 
 
 def prepared(scene: Scene, units: Units, plate: Plate) -> Film:
@@ -81,7 +86,7 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
         loads.problem(film, None).solve(0.0)
         about = film.about()
         moved = None if plate.shape is None else film.deflection()
-        return StaticState(about, moved, mean_tension(about))
+        return StaticState(about, moved, mean_tension(about), film.in_plane())
     acting = load
     try:
         for _ in path.load_steps(
@@ -91,7 +96,8 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
     except SolverError as error:
         raise SolverError(explained(scene.load, error)) from error
     about = film.about(load.attraction(1.0))
-    return StaticState(about, film.deflection(), mean_tension(about))
+    relaxed = film.in_plane() if pulls_at_free_edge(plate) else None
+    return StaticState(about, film.deflection(), mean_tension(about), relaxed)
 
 
 def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:

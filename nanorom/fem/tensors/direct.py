@@ -92,7 +92,11 @@ def stretching_products(
     for parity, members in pairs.items():
         unpacked(plate.mirrors.copies * found[parity].energy, members, products)
     largest = max(part.largest for part in found.values())
-    return products, InPlane.of_parts((part.known for part in found.values()), largest)
+    known = InPlane.of_parts((part.known for part in found.values()), largest)
+    if in_plane == "free":
+        members, even = pairs[plate.mirrors.even], found[plate.mirrors.even].known.energies
+        known = attrs.evolve(known, energies=even[members[:, 0] == members[:, 1]])
+    return products, known
 
 
 def pairs_by_parity(parities: list[Parity]) -> dict[Parity, np.ndarray]:

@@ -25,24 +25,29 @@ class InPlane:
     """What is known of the displacements that deflections cause.
 
     error: estimated, of their energy relative to the largest of a deflection; eigenvalue: squared
-    frequency of the slowest motion in them, per unit of membrane stiffness and mass per area.
+    frequency of the slowest motion in them, per unit of membrane stiffness and mass per area;
+    energies: estimated errors of their energies on the meshed part, per unit of membrane stiffness,
+    of the pairs of each mode with itself where they are known, else of all displacements.
     """
 
     error: float = 0.0
     eigenvalue: float = np.inf
+    energies: np.ndarray = attrs.field(factory=lambda: np.zeros(1), eq=False)
 
     @classmethod
     def of_parts(cls, parts: Iterable[InPlane], largest: float) -> InPlane:
         """Of parts with absolute errors of the energy, whose largest is given."""
         parts = list(parts)
         error = max(part.error for part in parts) / largest
-        return cls(error, min(part.eigenvalue for part in parts))
+        slowest = min(part.eigenvalue for part in parts)
+        return cls(error, slowest, np.concatenate([part.energies for part in parts]))
 
 
 def known(plate: Plate, displacements: np.ndarray) -> InPlane:
     """What displacements (local dofs, m) tell, errors not yet relative. Collective."""
-    error = float(accuracy.in_plane_errors(plate, displacements).max())
-    return InPlane(error, slowest(plate, displacements))
+    errors = accuracy.in_plane_errors(plate, displacements)
+    unit = float(plate.membrane_stiffness.value)
+    return InPlane(float(errors.max()), slowest(plate, displacements), errors / unit)
 
 
 def slowest(plate: Plate, displacements: np.ndarray) -> float:

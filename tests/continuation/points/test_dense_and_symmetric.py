@@ -280,7 +280,9 @@ def test_eigenvalues_that_change_places_may_have_left_the_circle() -> None:
     pair = 0.99 * np.exp(1j * np.array([1.0, 1.03]))
     far = 0.3 * np.exp(1j * np.array([0.2, 2.0]))
     values = np.concatenate([pair, pair.conj(), far, far.conj()])[None]
-    assert _may_meet(values, values, np.array([0.05])).all()
-    assert not _may_meet(values, values, np.array([0.005])).any()  # too slow to leave the circle
+    assert _may_meet(values, values, np.array([0.05]), np.triu_indices(8, 1)).all()
+    assert not _may_meet(
+        values, values, np.array([0.005]), np.triu_indices(8, 1)
+    ).any()  # too slow to leave the circle
     calm = np.where(np.abs(values) > 0.5, 0.7 * values, values)
-    assert not _may_meet(calm, calm, np.array([0.05])).any()
+    assert not _may_meet(calm, calm, np.array([0.05]), np.triu_indices(8, 1)).any()

@@ -52,9 +52,18 @@ def test_a_clamped_rectangle_errs_by_less_than_estimated():
 
 
 def test_what_is_beyond_a_degree_follows_the_last_of_even_and_of_odd_ones():
-    """Tails that fall by 100 and by 4 in turn: the next falls as the last but one."""
-    tails = np.array([[1e-6], [1e-4], [4e-4]])
-    assert extrapolated(tails) == pytest.approx(0.25e-6)
+    """Tails that fall by 1e4 and by 100 in turn: the next falls as the last but one."""
+    tails = np.array([[1e-10], [1e-6], [1e-4]])
+    assert extrapolated(tails) == pytest.approx(1e-12, rel=0.03)
+
+
+@pytest.mark.parametrize("power", [3, 4, 5, 7, 9])
+def test_what_is_beyond_a_degree_of_a_singular_field_is_not_told_too_small(power):
+    """In a corner energies of single degrees k fall as a power of k, and tails end at degree 8."""
+    energy = np.arange(1.0, 1e5) ** -power
+    tails = np.array([[energy[first - 1 : 8].sum()] for first in (8, 7, 6)])
+    beyond = energy[8:].sum()
+    assert 0.9 * beyond < extrapolated(tails)[0] < 2 * beyond
 
 
 def test_cells_towards_an_edge_lie_in_order_within_the_film():
