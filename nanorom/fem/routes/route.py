@@ -16,7 +16,12 @@ from nanorom.scene.scene import Scene
 
 
 class Route(ABC):
-    """What it refuses, what it needs, what that costs, and the parts of the model that it makes."""
+    """What it refuses, what it needs, what that costs, and the parts of the model that it makes.
+
+    load_curves: its film is a plate, so that its states can be followed with their load.
+    """
+
+    load_curves = False
 
     def check(self, scene: Scene) -> None:
         """Raise SceneError for what this route cannot do, before anything expensive."""
