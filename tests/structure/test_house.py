@@ -14,7 +14,6 @@ LONGER = {
     ("bench/ngsolve_drum.py", "_modes"),
     ("bench/targets.py", "fine_mesh"),
     ("continuation/tori/follow.py", "follow_torus"),
-    ("fem/modes/eigen.py", "lowest"),
 }
 ROOMS = {"bench", "cli", "continuation", "exact", "export", "fem", "files", "measurement", "plots"}
 ROOMS |= {"report", "results", "rom", "scene", "verification"}
