@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
+    from nanorom.results.verified import Verified
     from nanorom.rom.model import ReducedModel
     from nanorom.rom.shapes import Shapes
     from nanorom.scene.drive import Drive
@@ -26,13 +27,14 @@ if TYPE_CHECKING:
     from nanorom.scene.load import Load
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Spring, Support
-    from nanorom.workflow import full_orbit, reduce, run, tune
+    from nanorom.workflow import full_orbit, reduce, run, tune, verify
 
 _HOMES = {
     "errors": ("NanoromError",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
+    "results.verified": ("Verified",),
     "rom.model": ("ReducedModel",),
     "rom.shapes": ("Shapes",),
     "scene.drive": ("Drive",),
@@ -69,6 +71,7 @@ _HOMES = {
         "reduce",
         "run",
         "tune",
+        "verify",
     ),
 }
 _ROOMS = ("continuation", "plots")  # that are used as nanorom.ROOM without an import
@@ -99,11 +102,13 @@ __all__ = [
     "Support",
     "Sweep",
     "Tension",
+    "Verified",
     "full_orbit",
     "reduce",
     "respond",
     "run",
     "tune",
+    "verify",
 ]
 
 

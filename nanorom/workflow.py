@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nanorom.errors import SceneError
 from nanorom.files import partial
 from nanorom.files.whole import (
     atomic_path,
@@ -24,6 +26,7 @@ from nanorom.types import Progress
 if TYPE_CHECKING:
     from nanorom.continuation.orbits.orbit import PeriodicOrbit
     from nanorom.results.response import Response
+    from nanorom.results.verified import Verified
     from nanorom.verification.orbit import FullOrbit
 
 PICTURES = ("response.png", "amplitudes.png", "modes.png")
@@ -113,6 +116,58 @@ def full_orbit(
     with finite_elements():
         from nanorom.verification import orbit as full
     return full.full_orbit(Scene.of(scene), orbit, direct, parametric, **options)
+
+
+def verify(
+    scene: Scene | str | Path,
+    response: Response | str | Path | None = None,
+    path: str | Path | None = None,
+    *,
+    level: int | None = None,
+    points: int = 24,
+    solve: bool = True,
+    progress: Progress | None = None,
+) -> Verified:
+    """A response beside the film's own orbits, and what the model is estimated to be wrong by.
+
+    ``response`` or its file; left out, the scene is reduced and followed first.  ``level`` counts
+    from 1, all if left out; ``points`` orbits of each are solved for, or with ``solve=False``
+    estimated only.  With a path the table is saved there.  Under MPI the ranks share the orbits,
+    and every rank gets the same table.  Raises NanoromError if DOLFINx is not installed,
+    SceneError if the response is not of the scene, FileError if a file cannot be read or written.
+    """
+    scene = Scene.of(scene)
+    if path is not None:
+        check_writable(path)
+    with finite_elements():
+        from nanorom.verification.campaign import verify as campaign
+    if response is None:
+        response = _followed(scene, progress)
+    elif isinstance(response, (str, Path)):
+        from nanorom.results.response import Response
+
+        response = Response.load(response)
+    found = campaign(scene, response, level, points, solve, progress)
+    if path is not None and mpi_rank() == 0:
+        found.save(path)
+    return found
+
+
+def _followed(scene: Scene, progress: Progress | None) -> Response:
+    """The response of a scene, followed by one rank; SceneError if it has no drive and sweep."""
+    from nanorom.fem.solvers.groups import shared, together
+    from nanorom.results.respond import respond
+
+    drive, sweep = scene.drive, scene.sweep
+    if drive is None or sweep is None:
+        raise SceneError("drive, sweep: missing sections, whose response is to be verified")
+    model = reduce(scene, progress)
+
+    def follow(names: Sequence[str]) -> dict[str, Response]:
+        assert drive is not None and sweep is not None
+        return {name: respond(model, drive, sweep, scene.damping, progress) for name in names}
+
+    return shared(together(), ["response"], follow)["response"]
 
 
 def run(

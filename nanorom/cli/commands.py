@@ -104,6 +104,32 @@ def tune_command(options: argparse.Namespace) -> None:
         print(curve.text())
 
 
+def verify_command(options: argparse.Namespace) -> None:
+    from nanorom.launch import mpi_rank
+    from nanorom.workflow import verify
+
+    points = _integer("--points", options.points)
+    if not 1 <= points <= MOST_POINTS:
+        raise NanoromError(f"--points: found {points}; allowed: 1 to {MOST_POINTS}")
+    level = None if options.level is None else _integer("--level", options.level)
+    scene = _scene(options)
+    with _progress() as progress:
+        found = verify(
+            scene,
+            options.response,
+            options.output,
+            level=level,
+            points=points,
+            solve=not options.estimate,
+            progress=progress,
+        )
+    if mpi_rank() == 0:
+        from nanorom.plots import verified_figure
+
+        verified_figure(found, options.output.with_suffix(".png"))
+        print(found.text())
+
+
 def info_command(options: argparse.Namespace) -> None:
     from nanorom.files import stored
 

@@ -69,6 +69,31 @@ def _tune(parser: argparse.ArgumentParser) -> None:
     _add_overrides(parser)
 
 
+def _verify(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
+    parser.add_argument(
+        "response",
+        type=Path,
+        nargs="?",
+        metavar="RESPONSE",
+        help="response.h5 of the scene's model; left out, it is made first",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="VERIFIED",
+        help="verified.h5; the picture verified.png comes beside it",
+    )
+    parser.add_argument("--level", help="which of the drive levels, from 1 (all)")
+    parser.add_argument("--points", default="24", help="how many orbits of each level (24)")
+    parser.add_argument(
+        "--estimate", action="store_true", help="estimate errors alone, solve for no orbit"
+    )
+    _add_overrides(parser)
+
+
 def _info(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="any of nanorom's HDF5 files")
 
@@ -199,6 +224,11 @@ COMMANDS = {
         commands.tune_command,
         "Follow deflection and frequencies as a scene's [load] grows.",
         _tune,
+    ),
+    "verify": Command(
+        commands.verify_command,
+        "Hold a response against the whole film's own periodic orbits.",
+        _verify,
     ),
     "info": Command(commands.info_command, "Print what a file of nanorom holds.", _info),
     "respond": Command(

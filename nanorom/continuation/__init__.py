@@ -4,11 +4,13 @@ Periodic orbits and tori, stability and bifurcations.
 """
 
 from nanorom.continuation.branches.states import State, states
+from nanorom.continuation.comb import Comb, comb, record
 from nanorom.continuation.curves.backbone import Backbone, backbone
 from nanorom.continuation.curves.locus import Locus, locus
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
+from nanorom.continuation.noise import LinearResponse
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.sweep import Sweep, sweep
 from nanorom.continuation.system import ModalSystem
@@ -20,7 +22,9 @@ from nanorom.continuation.tori.two_tone import Tone, two_tones
 __all__ = [
     "Backbone",
     "Branch",
+    "Comb",
     "Diagram",
+    "LinearResponse",
     "Locus",
     "ModalSystem",
     "PeriodicOrbit",
@@ -36,11 +40,13 @@ __all__ = [
     "Unexplored",
     "add_isolas",
     "backbone",
+    "comb",
     "explore",
     "explore_each",
     "explore_levels",
     "follow_torus",
     "locus",
+    "record",
     "states",
     "sweep",
     "two_tones",

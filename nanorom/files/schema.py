@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 from nanorom.errors import ModelError
 
 SCHEMA = "schema"  # key of a field's metadata
-AXES = {"L": "modes", "P": "points", "C": "triangles", "n": "rows"}  # what lengths count
+# what lengths count
+AXES = {"L": "modes", "K": "modes outside", "P": "points", "C": "triangles", "n": "rows"}
 SYMMETRIC = "symmetric"
 POTENTIAL = "symmetric in all indices"  # a force that derives from a potential
 KINDS = {"number": "fiu", "whole": "iu", "complex": "fc", "flag": "ub", "name": "OSU"}

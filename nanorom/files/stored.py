@@ -56,6 +56,13 @@ KINDS = {
         "nanorom.plots.files:draw_response",
         "nanorom.report.notebook:response_html",
     ),
+    "nanorom-verified": Kind(
+        "verified.h5",
+        "nanorom.results.verified:Verified.load",
+        "nanorom.results.verified:Verified.text",
+        "nanorom.plots.files:draw_verified",
+        "nanorom.report.notebook:verified_html",
+    ),
     "nanorom-loadcurve": Kind(
         "tuning.h5",
         "nanorom.results.loadcurve:LoadCurve.load_file",

@@ -1,14 +1,17 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
+from nanorom.plots.comb import comb_figure
 from nanorom.plots.diagram import diagram_figure, motion_figure
 from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
+from nanorom.plots.verified import verified_figure
 
 __all__ = [
     "amplitude_panels",
+    "comb_figure",
     "comparison_figure",
     "diagram_figure",
     "linear_figure",
@@ -17,4 +20,5 @@ __all__ = [
     "motion_figure",
     "resonance_figure",
     "response_figure",
+    "verified_figure",
 ]

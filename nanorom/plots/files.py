@@ -9,11 +9,13 @@ from nanorom.errors import FileError
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.response import amplitude_panels, response_figure
+from nanorom.plots.verified import verified_figure
 
 if TYPE_CHECKING:
     from nanorom.measurement.data import MeasuredResponse
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.response import Response
+    from nanorom.results.verified import Verified
     from nanorom.rom.model import ReducedModel
 
 
@@ -31,6 +33,14 @@ def draw_response(
     """response.png, over which measured data are drawn, and amplitudes.png, mode by mode."""
     response_figure(response, folder / "response.png", measured)
     amplitude_panels(response, folder / "amplitudes.png")
+
+
+def draw_verified(
+    verified: Verified, path: Path, folder: Path, measured: MeasuredResponse | None = None
+) -> None:
+    """A picture of the file's name: amplitudes of model and film, and errors below."""
+    _no_data(path, measured)
+    verified_figure(verified, folder / path.with_suffix(".png").name)
 
 
 def draw_load_curve(

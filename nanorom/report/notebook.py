@@ -13,6 +13,7 @@ from nanorom.scene.units import with_unit
 if TYPE_CHECKING:
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.response import Response
+    from nanorom.results.verified import Verified
 
 MOST_PICTURES = 12  # of modes; a notebook stays small and quick
 RESOLUTION = 110  # dots per inch, of a gallery as wide as a column of a paper
@@ -40,6 +41,12 @@ def response_html(response: Response) -> str:
 def load_curve_html(curve: LoadCurve) -> str:
     """The table of states, and what there is to say of it."""
     return f"<pre>{escape(curve.text())}</pre>"
+
+
+def verified_html(verified: Verified) -> str:
+    """The table of orbits, and what it comes to."""
+    lines = "<br>".join(map(escape, verified.facts()))
+    return "\n".join(["<b>Verified</b>", html.table(*verified.rows()), f"<p>{lines}</p>"])
 
 
 def _gallery(model: ReducedModel) -> str:

@@ -13,6 +13,7 @@ from nanorom.scene.patterns.pattern import DirectPattern
 from nanorom.scene.units import wrong
 
 MOST_LEVELS = 100
+LEVELS = f"one or a list of up to {MOST_LEVELS}, 0 or more, in the unit of the pattern"
 
 
 def _levels(value: Any, unit: str, key: str) -> tuple[float, ...]:
@@ -40,24 +41,52 @@ class Drive:
     """
 
     direct: tuple[float, ...] = attrs.field(
-        default=0.0, converter=v.as_quantities, metadata=v.custom("drive.direct", _as_given)
+        default=0.0,
+        converter=v.as_quantities,
+        metadata=v.custom(
+            "drive.direct",
+            _as_given,
+            allowed=LEVELS,
+            about="amplitude of the direct drive, level by level",
+        ),
     )
     parametric: tuple[float, ...] = attrs.field(
-        default=0.0, converter=v.as_quantities, metadata=v.custom("drive.parametric", _as_given)
+        default=0.0,
+        converter=v.as_quantities,
+        metadata=v.custom(
+            "drive.parametric",
+            _as_given,
+            allowed=LEVELS,
+            about="amplitude of the parametric drive, level by level",
+        ),
     )
     direct_pattern: str = attrs.field(
-        default="pressure", metadata=v.choice("drive.direct_pattern", DIRECT)
+        default="pressure",
+        metadata=v.choice(
+            "drive.direct_pattern", DIRECT, about="what the direct levels are the amplitude of"
+        ),
     )
     parametric_pattern: str = attrs.field(
-        default="tension", metadata=v.choice("drive.parametric_pattern", PARAMETRIC)
+        default="tension",
+        metadata=v.choice(
+            "drive.parametric_pattern",
+            PARAMETRIC,
+            about="what the parametric levels are the amplitude of",
+        ),
     )
     position: tuple[float, ...] | None = attrs.field(
         default=None,
         converter=v.as_optional_quantities,
-        metadata=v.quantities("drive.position", "m", v.ANY),
+        metadata=v.quantities(
+            "drive.position", "m", v.ANY, about="x and y of a spot's centre or of a point"
+        ),
     )
     radius: float | None = attrs.field(
-        default=None, converter=v.as_optional_quantity, metadata=v.quantity("drive.radius", "m")
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity(
+            "drive.radius", "m", about="of a spot, where its intensity is 1/e^2 of the centre's"
+        ),
     )
 
     def __attrs_post_init__(self) -> None:

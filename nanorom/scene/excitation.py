@@ -31,12 +31,20 @@ class Damping:
     """
 
     quality_factor: tuple[float, ...] = attrs.field(
-        converter=v.as_quantities, metadata=v.quantities("damping.quality_factor", "1")
+        converter=v.as_quantities,
+        metadata=v.quantities(
+            "damping.quality_factor", "1", about="quality factor, one for all modes or one per mode"
+        ),
     )
     material_time: float = attrs.field(
         default=0.0,
         converter=v.as_quantity,
-        metadata=v.quantity("damping.material_time", "s", v.NOT_NEGATIVE),
+        metadata=v.quantity(
+            "damping.material_time",
+            "s",
+            v.NOT_NEGATIVE,
+            about="relaxation time of a viscous material, stress C:(1 + tau d/dt)E",
+        ),
     )
 
     def per_mode(self, count: int) -> tuple[float, ...]:
@@ -88,8 +96,9 @@ def _reader(key: str) -> Callable[[Any], Frequency]:
     return read
 
 
-def _frequency(key: str) -> dict[str, Any]:
-    return v.custom(key, _reader(key))
+def _frequency(key: str, about: str) -> dict[str, Any]:
+    allowed = 'greater than 0, in Hz or as "0.8 f1"'
+    return v.custom(key, _reader(key), allowed, about)
 
 
 @attrs.frozen(field_transformer=v.readers)
@@ -100,13 +109,24 @@ class Sweep:
     depth: generations of bifurcating branches to follow; tolerance: relative, of the orbits.
     """
 
-    start: Frequency = attrs.field(converter=as_frequency, metadata=_frequency("sweep.from"))
-    stop: Frequency = attrs.field(converter=as_frequency, metadata=_frequency("sweep.to"))
-    depth: int | None = attrs.field(default=None, metadata=v.integer("sweep.depth", 0, DEEPEST))
+    start: Frequency = attrs.field(
+        converter=as_frequency, metadata=_frequency("sweep.from", "lowest drive frequency")
+    )
+    stop: Frequency = attrs.field(
+        converter=as_frequency, metadata=_frequency("sweep.to", "highest drive frequency")
+    )
+    depth: int | None = attrs.field(
+        default=None,
+        metadata=v.integer(
+            "sweep.depth", 0, DEEPEST, about="generations of bifurcating branches that are followed"
+        ),
+    )
     tolerance: float | None = attrs.field(
         default=None,
         converter=v.as_optional_quantity,
-        metadata=v.quantity("sweep.tolerance", "1", v.within(1e-14, 0.1)),
+        metadata=v.quantity(
+            "sweep.tolerance", "1", v.within(1e-14, 0.1), about="relative, of the orbits"
+        ),
     )
 
     def __attrs_post_init__(self) -> None:

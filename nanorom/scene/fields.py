@@ -139,32 +139,35 @@ def _unread() -> TypeError:
     return TypeError("a class of fields needs @attrs.frozen(field_transformer=fields.readers)")
 
 
-# -- what fields are -------------------------------------------------------------------------------
+# -- what fields are; about: what a key means, for the reference ----------------------------------
 
 
-def quantity(key: str, unit: str, limit: Limit = POSITIVE) -> dict[str, Any]:
+def quantity(key: str, unit: str, limit: Limit = POSITIVE, about: str = "") -> dict[str, Any]:
     """Metadata of a field: a quantity, stored in SI."""
-    return _metadata(key, lambda v: read_quantity(v, unit, key, limit), unit)
+    return _metadata(key, lambda v: read_quantity(v, unit, key, limit), limit[0], about, unit)
 
 
-def quantities(key: str, unit: str, limit: Limit = POSITIVE) -> dict[str, Any]:
+def quantities(key: str, unit: str, limit: Limit = POSITIVE, about: str = "") -> dict[str, Any]:
     """Metadata of a field: a tuple of quantities, from one or from a list."""
-    return _metadata(key, lambda v: read_quantities(v, unit, key, limit), unit)
+    allowed = f"one or a list, {limit[0]}"
+    return _metadata(key, lambda v: read_quantities(v, unit, key, limit), allowed, about, unit)
 
 
-def integer(key: str, low: int, high: int) -> dict[str, Any]:
+def integer(key: str, low: int, high: int, about: str = "") -> dict[str, Any]:
     """Metadata of a field: an integer from low to high."""
-    return _metadata(key, lambda v: read_integer(v, key, low, high))
+    return _metadata(key, lambda v: read_integer(v, key, low, high), f"{low} to {high}", about)
 
 
-def choice(key: str, allowed: Iterable[str]) -> dict[str, Any]:
+def choice(key: str, allowed: Iterable[str], about: str = "") -> dict[str, Any]:
     """Metadata of a field: one word of several."""
-    return _metadata(key, lambda v: read_choice(v, key, allowed))
+    return _metadata(key, lambda v: read_choice(v, key, allowed), " | ".join(allowed), about)
 
 
-def custom(key: str, read: Callable[[Any], Any]) -> dict[str, Any]:
-    """Metadata of a field with its own reader."""
-    return _metadata(key, read)
+def custom(
+    key: str, read: Callable[[Any], Any], allowed: str = "", about: str = ""
+) -> dict[str, Any]:
+    """Metadata of a field with its own reader, and what that allows."""
+    return _metadata(key, read, allowed, about)
 
 
 def readers(cls: type, fields: list[Any]) -> list[Any]:
@@ -183,8 +186,11 @@ def _with_reader(field: Any) -> Any:
     )
 
 
-def _metadata(key: str, read: Callable[[Any], Any], unit: str | None = None) -> dict[str, Any]:
-    return {"key": key.rpartition(".")[2], "unit": unit, READER: read}
+def _metadata(
+    key: str, read: Callable[[Any], Any], allowed: str, about: str, unit: str | None = None
+) -> dict[str, Any]:
+    name = key.rpartition(".")[2]
+    return {"key": name, "unit": unit, "allowed": allowed, "about": about, READER: read}
 
 
 def _fields(cls: Any) -> dict[str, Any]:

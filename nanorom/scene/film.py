@@ -36,13 +36,26 @@ class Plate:
     """
 
     thickness: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("plate.thickness", "m")
+        converter=v.as_quantity, metadata=v.quantity("plate.thickness", "m", about="thickness h")
     )
-    model: str = attrs.field(default="auto", metadata=v.choice("plate.model", tuple(MODELS)))
+    model: str = attrs.field(
+        default="auto",
+        metadata=v.choice(
+            "plate.model",
+            tuple(MODELS),
+            about="without bending, Kirchhoff's, of any rotations, or in one dimension; "
+            "auto takes one of the first two",
+        ),
+    )
     initial_shape: Path | None = attrs.field(
         default=None,
         converter=v.as_optional_path,
-        metadata=v.custom("plate.initial_shape", _shape_file),
+        metadata=v.custom(
+            "plate.initial_shape",
+            _shape_file,
+            allowed="a file",
+            about="table of x, y and height z in m of a film that is not flat",
+        ),
     )
 
     @property
@@ -56,14 +69,17 @@ class Material:
     """Isotropic linear elastic material: youngs_modulus in Pa, poisson_ratio, density in kg/m^3."""
 
     youngs_modulus: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("material.youngs_modulus", "Pa")
+        converter=v.as_quantity,
+        metadata=v.quantity("material.youngs_modulus", "Pa", about="Young's modulus E"),
     )
     poisson_ratio: float = attrs.field(
         converter=v.as_quantity,
-        metadata=v.quantity("material.poisson_ratio", "1", v.within(-1, 0.5)),
+        metadata=v.quantity(
+            "material.poisson_ratio", "1", v.within(-1, 0.5), about="Poisson's ratio"
+        ),
     )
     density: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("material.density", "kg/m^3")
+        converter=v.as_quantity, metadata=v.quantity("material.density", "kg/m^3", about="density")
     )
 
 
@@ -74,11 +90,16 @@ class Tension:
     With one value it is the same in every direction.
     """
 
-    x: float = attrs.field(converter=v.as_quantity, metadata=v.quantity("tension.x", "N/m", v.ANY))
+    x: float = attrs.field(
+        converter=v.as_quantity,
+        metadata=v.quantity(
+            "tension.x", "N/m", v.ANY, about="tension along x; negative is compression"
+        ),
+    )
     y: float = attrs.field(
         default=attrs.Factory(lambda self: self.x, takes_self=True),
         converter=v.as_quantity,
-        metadata=v.quantity("tension.y", "N/m", v.ANY),
+        metadata=v.quantity("tension.y", "N/m", v.ANY, about="tension along y"),
     )
 
     @classmethod

@@ -20,7 +20,7 @@ class Disc:
     shape: ClassVar[str] = "disc"
     sides: ClassVar[tuple[str, ...]] = ("edge",)
     radius: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("geometry.radius", "m")
+        converter=v.as_quantity, metadata=v.quantity("geometry.radius", "m", about="of the disc")
     )
 
 
@@ -31,9 +31,12 @@ class Rectangle:
     shape: ClassVar[str] = "rectangle"
     sides: ClassVar[tuple[str, ...]] = ("left", "right", "bottom", "top")
     length: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("geometry.length", "m")
+        converter=v.as_quantity, metadata=v.quantity("geometry.length", "m", about="along x")
     )
-    width: float = attrs.field(converter=v.as_quantity, metadata=v.quantity("geometry.width", "m"))
+    width: float = attrs.field(
+        converter=v.as_quantity,
+        metadata=v.quantity("geometry.width", "m", about="along y; of a string at most its length"),
+    )
 
 
 @attrs.frozen(field_transformer=v.readers)
@@ -72,9 +75,19 @@ class MeshFile:
 
     shape: ClassVar[str] = "mesh"
     sides: ClassVar[tuple[str, ...]] = ()
-    file: Path = attrs.field(converter=v.as_path, metadata=v.custom("geometry.file", _mesh_path))
+    file: Path = attrs.field(
+        converter=v.as_path,
+        metadata=v.custom(
+            "geometry.file",
+            _mesh_path,
+            allowed="a .msh or .geo file",
+            about="the film, its supports named by physical curves",
+        ),
+    )
     scale: float = attrs.field(
-        default=1.0, converter=v.as_quantity, metadata=v.quantity("geometry.scale", "m")
+        default=1.0,
+        converter=v.as_quantity,
+        metadata=v.quantity("geometry.scale", "m", about="the file's unit of length"),
     )
 
     def __attrs_post_init__(self) -> None:

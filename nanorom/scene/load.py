@@ -34,34 +34,50 @@ class Load:
     pressure: float | None = attrs.field(
         default=None,
         converter=v.as_optional_quantity,
-        metadata=v.quantity("load.pressure", "Pa", v.ANY),
+        metadata=v.quantity("load.pressure", "Pa", v.ANY, about="uniform pressure"),
     )
     voltage: float | None = attrs.field(
         default=None,
         converter=v.as_optional_quantity,
-        metadata=v.quantity("load.voltage", "V", v.ANY),
+        metadata=v.quantity("load.voltage", "V", v.ANY, about="of a plane gate"),
     )
     gap: float | None = attrs.field(
-        default=None, converter=v.as_optional_quantity, metadata=v.quantity("load.gap", "m")
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("load.gap", "m", about="of the gate from the flat film"),
     )
     force: float | None = attrs.field(
         default=None,
         converter=v.as_optional_quantity,
-        metadata=v.quantity("load.force", "N", v.ANY),
+        metadata=v.quantity("load.force", "N", v.ANY, about="a force"),
     )
     position: tuple[float, float] = attrs.field(
-        default=(0.0, 0.0), converter=v.as_quantities, metadata=v.custom("load.position", _position)
+        default=(0.0, 0.0),
+        converter=v.as_quantities,
+        metadata=v.custom(
+            "load.position",
+            _position,
+            allowed="a list of two lengths",
+            about="x and y of the force in m",
+        ),
     )
     radius: float = attrs.field(
         default=0.0,
         converter=v.as_quantity,
-        metadata=v.quantity("load.radius", "m", v.NOT_NEGATIVE),
+        metadata=v.quantity(
+            "load.radius",
+            "m",
+            v.NOT_NEGATIVE,
+            about="of the disc over which the force is spread; 0: a point",
+        ),
     )
 
     stress: float | None = attrs.field(
         default=None,
         converter=v.as_optional_quantity,
-        metadata=v.quantity("load.stress", "Pa", v.ANY),
+        metadata=v.quantity(
+            "load.stress", "Pa", v.ANY, about="change of the film's stress, as by temperature"
+        ),
     )
 
     def __attrs_post_init__(self) -> None:

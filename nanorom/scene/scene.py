@@ -37,6 +37,7 @@ from nanorom.scene.geometry import (
     read_geometry,
 )
 from nanorom.scene.load import Load
+from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
 from nanorom.scene.support import (
     STRING_ENDS,
     Kind,
@@ -45,6 +46,7 @@ from nanorom.scene.support import (
 )
 
 __all__ = [
+    "MOST_MODES",
     "Accuracy",
     "Damping",
     "Disc",
@@ -63,110 +65,6 @@ __all__ = [
     "Sweep",
     "Tension",
 ]
-
-MOST_MODES = 100  # the cubic tensor has L^4 entries
-HIGHEST_MODE = 1000
-HIGHEST_DEGREE = 8
-
-
-def _mode_numbers(value: Any) -> tuple[int, ...]:
-    if not v.is_list(value) or not 1 <= len(value) <= MOST_MODES:
-        raise units.wrong("modes.select", value, f"a list of 1 to {MOST_MODES} mode numbers")
-    numbers = [v.read_integer(n, "modes.select", 1, HIGHEST_MODE) for n in value]
-    if len(set(numbers)) < len(numbers):
-        twice = next(n for n in numbers if numbers.count(n) > 1)
-        raise SceneError(f"modes.select: mode {twice} appears twice; allowed: each mode once")
-    return tuple(sorted(numbers))
-
-
-@attrs.frozen(field_transformer=v.readers)
-class Modes:
-    """Which modes take part: the lowest ``count``, or ``select`` by 1-based number."""
-
-    count: int | None = attrs.field(default=None, metadata=v.integer("modes.count", 1, MOST_MODES))
-    select: tuple[int, ...] | None = attrs.field(
-        default=None,
-        converter=v.as_optional_integers,
-        metadata=v.custom("modes.select", _mode_numbers),
-    )
-
-    def __attrs_post_init__(self) -> None:
-        if (self.count is None) == (self.select is None):
-            found = "no key" if self.count is None else "count and select"
-            raise SceneError(f"modes: found {found}; allowed: either count or select")
-
-    @property
-    def numbers(self) -> tuple[int, ...]:
-        """1-based numbers by frequency of the modes that take part."""
-        return self.select if self.count is None else tuple(range(1, self.count + 1))  # type: ignore[return-value]
-
-    @property
-    def highest(self) -> int:
-        """How many modes must be computed to have them all."""
-        return self.numbers[-1]
-
-
-@attrs.frozen(field_transformer=v.readers)
-class Reduction:
-    """How the tensors are found, and what moves while the modes deflect the film.
-
-    in_plane: the displacement in the plane, free (in equilibrium) or fixed; outside: the rest of
-    the film, static (in equilibrium too) or at rest; amplitude: largest deflection in m of STEP's
-    load cases; None: found.
-    """
-
-    method: str = attrs.field(
-        default="direct", metadata=v.choice("reduction.method", ("direct", "step", "tangent"))
-    )
-    in_plane: str = attrs.field(
-        default="free", metadata=v.choice("reduction.in_plane", ("free", "fixed"))
-    )
-    amplitude: float | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantity,
-        metadata=v.quantity("reduction.amplitude", "m"),
-    )
-    solver: str = attrs.field(
-        default="auto", metadata=v.choice("reduction.solver", ("auto", "factors", "multigrid"))
-    )
-    outside: str = attrs.field(
-        default="static", metadata=v.choice("reduction.outside", ("static", "rest"))
-    )
-
-
-@attrs.frozen(field_transformer=v.readers)
-class Accuracy:
-    """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
-
-    tolerance: relative, of frequencies and tensors; mesh_size: in m.
-    """
-
-    tolerance: float | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantity,
-        metadata=v.quantity("accuracy.tolerance", "1", v.within(1e-14, 1)),
-    )
-    degree: int | None = attrs.field(
-        default=None, metadata=v.integer("accuracy.degree", 1, HIGHEST_DEGREE)
-    )
-    mesh_size: float | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantity,
-        metadata=v.quantity("accuracy.mesh_size", "m"),
-    )
-
-    def __attrs_post_init__(self) -> None:
-        by_hand = [n for n in ("degree", "mesh_size") if getattr(self, n) is not None]
-        if self.tolerance is not None and by_hand:
-            raise SceneError(
-                f"accuracy.{by_hand[0]}: found beside tolerance; "
-                "allowed: either tolerance, or degree and mesh_size"
-            )
-        if len(by_hand) == 1:
-            other = "mesh_size" if by_hand == ["degree"] else "degree"
-            raise SceneError(f"accuracy.{other}: missing; {by_hand[0]} needs it beside it")
-        if self.tolerance is None and not by_hand:
-            object.__setattr__(self, "tolerance", 1e-6)
 
 
 def _section(key: str, kind: Any) -> dict[str, Any]:

@@ -26,12 +26,22 @@ class Spring:
     spring: float | None = attrs.field(
         default=None,
         converter=v.as_optional_quantity,
-        metadata=v.quantity("support.spring", "N/m^2"),
+        metadata=v.quantity(
+            "support.spring",
+            "N/m^2",
+            about="stiffness against deflection per length of the edge; without it the "
+            "edge cannot deflect",
+        ),
     )
     rotational: float = attrs.field(
         default=0.0,
         converter=v.as_quantity,
-        metadata=v.quantity("support.rotational", "N", v.NOT_NEGATIVE),
+        metadata=v.quantity(
+            "support.rotational",
+            "N",
+            v.NOT_NEGATIVE,
+            about="stiffness against turning per length of the edge",
+        ),
     )
 
 
@@ -71,7 +81,14 @@ class Support:
     """
 
     edge: Kind | Mapping[str, Kind] = attrs.field(
-        default="clamped", metadata=v.custom("support.edge", _sides)
+        default="clamped",
+        metadata=v.custom(
+            "support.edge",
+            _sides,
+            allowed="clamped | simply_supported | free, a table of springs, or a table of sides",
+            about="how the edge is held: one kind all around, or a table of kinds by side"
+            " or physical curve, with a `default` for the rest",
+        ),
     )
 
     @classmethod

@@ -83,6 +83,16 @@ class Film:
         mass = self.modal["mass"] / self.scales.mass / self.plate.mirrors.copies
         return np.asarray(self.units.deflection / np.sqrt(mass))
 
+    def of_class(self, parity: Parity) -> np.ndarray:
+        """Places (k,) of the named modes of a class."""
+        return np.array([i for i, p in enumerate(self.parities) if p == parity], dtype=int)
+
+    def shapes(self, parity: Parity) -> Array:
+        """Named modes (free, k) of a class, of unit mass on the meshed part."""
+        own = self.of_class(parity)
+        shapes = self.solution.modes.shapes[self.discrete.free[parity]]
+        return np.asarray(shapes[:, own] * (self.scale[own] / self.units.deflection))
+
     def dynamics(self, parity: Parity, highest: float) -> ClassDynamics:
         """Linear dynamics of a class, its modes known up to a frequency (film-scaled)."""
         return self.pieces.dynamics(self, parity, highest)
@@ -229,18 +239,16 @@ class _Pieces:
             padding = sp.csc_matrix((extra, extra))
             total = whole + sp.block_diag([total, padding], format="csc")
         static = Factors(total, "film's stiffness")
-        named, values, rates = _named(film, parity, free)
+        named, values, rates = _named(film, parity)
         dynamics = ClassDynamics(stiffness, mass, static, extra, named, values, rates, 0.0)
         return _completed(film, dynamics, highest, flat)
 
 
-def _named(film: Film, parity: Parity, free: np.ndarray) -> tuple[Array, Array, Array]:
+def _named(film: Film, parity: Parity) -> tuple[Array, Array, Array]:
     """Named modes (n, k) of a class, of unit mass, squared frequencies and damping rates (k,)."""
-    own = [i for i, p in enumerate(film.parities) if p == parity]
-    modes = film.solution.modes
-    shapes = modes.shapes[free][:, own] * (film.scale[own] / film.units.deflection)
-    values = modes.eigenvalues[own]
-    return shapes, values, np.sqrt(values) / film.quality[own]
+    own = film.of_class(parity)
+    values = film.solution.modes.eigenvalues[own]
+    return film.shapes(parity), values, np.sqrt(values) / film.quality[own]
 
 
 def _completed(film: Film, dynamics: ClassDynamics, highest: float, flat: bool) -> ClassDynamics:

@@ -120,7 +120,7 @@ def _(pattern: Stretch, film: Film, drive: Drive, parity: Parity) -> Any:
 @stiffness.register
 def _(pattern: Proportional, film: Film, drive: Drive, parity: Parity) -> Any:
     """F_r = J_r q_r of the named modes, with the J_r of the direct pattern on the whole film."""
-    own = [i for i, p in enumerate(film.parities) if p == parity]
+    own = film.of_class(parity)
     free = film.discrete.free[parity]
     shapes = film.solution.modes.shapes[free][:, own]
     momenta = film.pieces.mass[free][:, free] @ shapes

@@ -17,11 +17,13 @@ from nanorom.verification.preconditioner import Border, Model, Preconditioner
 
 SOLVED = 1e-8  # residual by the drive at which an orbit is one
 ACCEPTED = 1e-6  # residual that will do where rounding lets it fall no further
-MOST_STEPS = 12
+MOST_STEPS = 10
+SLOW, MOST_SLOW = 0.3, 3  # share of the residual that a slow step leaves; so many end the search
 MOST_HALVINGS = 4
 FORCING = 1e-2, 1e-3  # of the residual that the first, and a later correction may leave
 SAFE = 0.3  # of what is still wanted, that a last correction leaves
-MOST_DIRECTIONS = 120  # of GMRES
+MOST_DIRECTIONS = 60  # of GMRES, far more than a good start takes
+ESTIMATED = 4  # directions of GMRES for an estimate
 GROWTH = 1e3  # of the residual: beyond that nothing is near
 
 
@@ -29,16 +31,39 @@ GROWTH = 1e3  # of the residual: beyond that nothing is near
 class Corrected:
     """Coefficients (n, 2H + 1) and rate of an orbit, its residual by the drive, and what it took.
 
-    first : the first correction's coefficients and rate: what the start was wrong by, to first
-    order; evaluations : of force and tangent.
+    evaluations : of force and tangent; steps : of Newton's method.
     """
 
     coefficients: Array
     rate: float
     residual: float
-    first: tuple[Array, float]
     evaluations: int
     steps: int
+
+
+@attrs.frozen(eq=False)
+class FirstCorrection:
+    """Residual by the drive that a start leaves, and what it is wrong by to first order.
+
+    change (n, 2H + 1) of the coefficients, by_rate of the rate.
+    """
+
+    residual: float
+    change: Array
+    by_rate: float
+
+
+def first_correction(model: Model, x: Array, rate: float, border: Border) -> FirstCorrection:
+    """What coefficients (n, 2H + 1) and a rate are wrong by, at the cost of a few forces.
+
+    Modes outside answer to the first direction of GMRES, the model to them in the second.
+    """
+    equations = model.equations
+    residual, state = equations.residual(x, rate)
+    size = equations.norm(residual) / equations.driving(x)
+    system = _Linear(model, x, rate, state, border)
+    change, by_rate, _ = system.solve(-residual, 0.0, ESTIMATED)
+    return FirstCorrection(size, change, by_rate)
 
 
 class NoOrbitError(SolverError):
@@ -55,15 +80,13 @@ def correct(
     equations = model.equations
     residual, state = equations.residual(x, rate)
     size = equations.norm(residual) / equations.driving(x)
-    start, evaluations, first = size, 1, (np.zeros_like(x), 0.0)
+    start, evaluations, slow = size, 1, 0
     for step in range(MOST_STEPS):
         if size <= tolerance:
-            return Corrected(x, rate, size, first, evaluations, step)
+            return Corrected(x, rate, size, evaluations, step)
         system = _Linear(model, x, rate, state, border)
         asked = max(FORCING[min(step, 1)], SAFE * tolerance / size)
         change, by_rate, used = system.solve(-residual, asked)
-        if step == 0:
-            first = change, by_rate
         evaluations += used
         share = 1.0
         for _ in range(MOST_HALVINGS + 1):
@@ -77,9 +100,12 @@ def correct(
         if not new < GROWTH * start:
             break
         stalled = new > 0.5 * size and new > tolerance
+        slow += new > SLOW * size
         x, rate, size = *tried, new
         if stalled and size <= ACCEPTED:
-            return Corrected(x, rate, size, first, evaluations, step + 1)
+            return Corrected(x, rate, size, evaluations, step + 1)
+        if slow == MOST_SLOW:
+            break
     raise NoOrbitError(
         f"no orbit of the film was found near the modal one: the residual is {size:.1e} of the "
         f"drive after {evaluations} evaluations"
@@ -104,7 +130,9 @@ class _Linear:
             last += float(np.vdot(self.border.direction, modal))
         return force, last
 
-    def solve(self, forces: Array, tolerance: float) -> tuple[Array, float, int]:
+    def solve(
+        self, forces: Array, tolerance: float, most: int = MOST_DIRECTIONS
+    ) -> tuple[Array, float, int]:
         """Change of coefficients and rate to a relative tolerance, and evaluations taken."""
         equations = self.model.equations
         flexible = equations.flexibility(forces)
@@ -112,10 +140,10 @@ class _Linear:
         basis = [(forces / beta, 0.0)]
         duals = [(flexible / beta, 0.0)]
         changes: list[tuple[Array, float]] = []
-        matrix = np.zeros((MOST_DIRECTIONS + 1, MOST_DIRECTIONS))
-        target = np.zeros(MOST_DIRECTIONS + 1)
+        matrix = np.zeros((most + 1, most))
+        target = np.zeros(most + 1)
         target[0] = beta
-        for j in range(MOST_DIRECTIONS):
+        for j in range(most):
             changes.append(self.preconditioner(*basis[j]))
             force, last = self.apply(*changes[j])
             for _ in range(2):  # once more, for what rounding left

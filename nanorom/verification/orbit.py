@@ -11,6 +11,7 @@ from nanorom.scene.drive import Drive
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
 from nanorom.verification.assemble import Film, assemble
+from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.newton import SOLVED, Corrected, correct
 from nanorom.verification.preconditioner import Border
 from nanorom.verification.problem import Problem, pose
@@ -82,7 +83,7 @@ def full_orbit(
         raise SceneError("drive: missing section [drive], whose patterns drive the film")
     direct, parametric = _levels(patterns, direct, parametric)
     film = film or assemble(scene, more)
-    problem = pose(film, patterns, orbit, direct, parametric)
+    problem = pose(DrivenFilm(film, patterns, direct, parametric), orbit)
     border = Border.fixed(orbit.harmonics, problem.model.size)
     return told(problem, correct(problem.model, problem.start, problem.rate, border, tolerance))
 

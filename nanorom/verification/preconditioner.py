@@ -86,6 +86,17 @@ class Model:
         return np.asarray(jacobian * frequency**2)
 
 
+    def direction(self, x: Array, rate: float) -> tuple[Array, float]:
+        """Unit tangent of the modal branch: of the coefficients (2H + 1, L) and of the rate.
+
+        About a film's coefficients that solve the modal equations.
+        """
+        by_rate = self.project(self.equations.by_rate(x, rate), momenta=False).T
+        slope = np.linalg.solve(self.jacobian(x, rate), -by_rate.ravel())
+        length = float(np.sqrt(1.0 + slope @ slope))
+        return slope.reshape(by_rate.shape) / length, 1.0 / length
+
+
 class Preconditioner:
     """An approximate inverse of the bordered Jacobian about a state. Cheap to make."""
 

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import attrs
 import numpy as np
 
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import SceneError
-from nanorom.fem.symmetry import Parity
-from nanorom.scene.drive import Drive
 from nanorom.types import Array
-from nanorom.verification import drives
 from nanorom.verification.assemble import Film
-from nanorom.verification.equations import Drive as FilmDrive
-from nanorom.verification.equations import OrbitEquations
-from nanorom.verification.linear import ClassDynamics
-from nanorom.verification.preconditioner import Model
+from nanorom.verification.driven import DrivenFilm
+from nanorom.verification.equations import Drive, OrbitEquations
+from nanorom.verification.preconditioner import Border, Model
 from nanorom.verification.symmetry import Classes
 
 REACH = 1.3  # times the highest harmonic: frequencies up to which modes have equations of their own
@@ -55,58 +49,48 @@ class Problem:
         """Drive frequency in rad/s."""
         return rate * self.equations.period_multiple / self.film.time
 
-    def coordinates(self, amplitudes: Array) -> Array:
-        """Modal coordinates (2H + 1, active) of the model's amplitudes (2H + 1, L) in m."""
-        whole = np.zeros((len(amplitudes), len(self.film.parities)))
-        whole[:, self.film.inside] = amplitudes
-        return np.asarray(whole[:, self.active] / self.film.scale[self.active])
+    def across(self) -> Border:
+        """Across the branch on which the start is: what changes is orthogonal to it."""
+        direction, slope = self.model.direction(self.start, self.rate)
+        return Border(direction, slope)
 
 
-def pose(
-    film: Film, drive: Drive, orbit: PeriodicOrbit, direct: float, parametric: float
-) -> Problem:
-    """The problem that a modal orbit starts, at levels of the drive's patterns in SI units.
+def pose(driven: DrivenFilm, orbit: PeriodicOrbit) -> Problem:
+    """The problem that a modal orbit starts, its coefficients (2H + 1, L) in m.
 
-    Raises SceneError if the orbit has not as many modes as the scene.
+    Raises SceneError if the orbit has not as many modes as the film's model.
     """
+    film = driven.film
     count = len(film.inside)
     if orbit.coefficients.ndim != 2 or orbit.coefficients.shape[1] != count:
         raise SceneError(
             f"orbit: found coefficients of shape {orbit.coefficients.shape}; allowed: (2H + 1, "
-            f"{count}), as modes.count of the scene has it"
+            f"{count}), for the scene has {count} modes"
         )
-    forces = drives.direct_forces(film, drive) if direct else {}
-    classes = _taking_part(film, orbit, forces)
+    classes = _taking_part(driven, orbit)
     rate = orbit.omega / orbit.period_multiple * film.time
     highest = _rung(REACH * rate * orbit.harmonics)
     dynamics = [film.dynamics(p, highest) for p in classes.deflections]
-    unit, stiff = film.units.force, film.scales.tension
     pushed = [
-        direct / unit * forces.get(p, np.zeros(d.size))
-        for p, d in zip(classes.deflections, dynamics)
+        driven.forces.get(p, np.zeros(d.size)) for p, d in zip(classes.deflections, dynamics)
     ]
-    modulated = None
-    if parametric:
-        modulated = [
-            parametric / stiff * drives.modulation(film, drive, p) for p in classes.deflections
-        ]
-    assert film.scene.damping is not None
+    modulated = [driven.modulation(p) for p in classes.deflections]
     equations = OrbitEquations(
         film.discrete,
         classes,
         dynamics,
-        FilmDrive(pushed, modulated),
+        Drive(pushed, modulated if driven.parametric else None),
         orbit.harmonics,
         orbit.period_multiple,
-        film.scene.damping.material_time / film.time,
+        driven.material_time,
     )
-    own = [[i for i, q in enumerate(film.parities) if q == p] for p in classes.deflections]
-    active = np.array([i for some in own for i in some])
-    system = _system(film, equations, active, dynamics)
-    model = Model(equations, [len(some) for some in own], system)
-    problem = Problem(film, model, active, np.empty(0), rate)
-    start = model.expand(problem.coordinates(orbit.coefficients).T)
-    return attrs.evolve(problem, start=start)
+    own = [film.of_class(p) for p in classes.deflections]
+    active = np.concatenate(own)
+    model = Model(equations, [len(some) for some in own], _some(driven.system, active))
+    amplitudes = np.zeros((len(orbit.coefficients), len(film.parities)))
+    amplitudes[:, film.inside] = orbit.coefficients
+    start = model.expand((amplitudes[:, active] / film.scale[active]).T)
+    return Problem(film, model, active, start, rate)
 
 
 def _rung(frequency: float) -> float:
@@ -114,47 +98,21 @@ def _rung(frequency: float) -> float:
     return float(LADDER ** np.ceil(np.log(frequency) / np.log(LADDER)))
 
 
-def _taking_part(film: Film, orbit: PeriodicOrbit, forces: dict[Parity, Array]) -> Classes:
+def _taking_part(driven: DrivenFilm, orbit: PeriodicOrbit) -> Classes:
+    film = driven.film
     size = np.abs(orbit.coefficients).max(axis=0)
     moving = film.inside[size > MOVING * size.max()]
-    present = {film.parities[i] for i in moving} | set(forces)
+    present = {film.parities[i] for i in moving} | set(driven.forces)
     if film.discrete.shape is not None or film.discrete.gate is not None or not present:
         present.add(film.discrete.even)
     return Classes.spanned(present)
 
 
-def _system(
-    film: Film, equations: OrbitEquations, active: np.ndarray, dynamics: Sequence[ClassDynamics]
-) -> ModalSystem:
-    """Modal equations of the active modes in coordinates of unit mass, at the levels that act."""
-    modal, scale = film.modal, film.scale[active]
-    energy = film.units.deflection**2 * film.scales.tension * film.plate.mirrors.copies
-
-    def tensor(name: str) -> Array:
-        array = modal[name]
-        part = array[np.ix_(*(active,) * array.ndim)]
-        for axis in range(array.ndim):
-            part = part * scale.reshape([-1 if i == axis else 1 for i in range(array.ndim)])
-        return np.asarray(part / energy)
-
-    time = equations.material_time
-    parities = [film.parities[i] for i in active]
-    named = [parities.count(p) for p in equations.classes.deflections]
-    shapes = [d.modes[:, :count] for d, count in zip(dynamics, named)]
-    damping = np.diag(np.concatenate([d.rates[:count] for d, count in zip(dynamics, named)]))
-    direct = np.concatenate([s.T @ f for s, f in zip(shapes, equations.drive.direct)])
-    parametric = np.zeros((len(active),) * 2)
-    offsets = np.cumsum([0, *named])
-    for place, (first, last) in enumerate(zip(offsets[:-1], offsets[1:])):
-        if equations.drive.modulation is not None:
-            work = shapes[place].T @ (equations.drive.modulation[place] @ shapes[place])
-            parametric[first:last, first:last] = -work
-    return ModalSystem(
-        stiffness=tensor("stiffness"),
-        damping=damping + (time * tensor("bending") if time else 0.0),
-        quadratic=tensor("quadratic"),
-        cubic=tensor("cubic"),
-        cubic_damping=time * tensor("stretching") if time else None,
-        direct=direct,
-        parametric=parametric,
-    )
+def _some(system: ModalSystem, active: np.ndarray) -> ModalSystem:
+    """The equations of some modes, all others at rest."""
+    names = ("stiffness", "damping", "quadratic", "cubic", "cubic_damping", "direct", "parametric")
+    parts = {}
+    for name in names:
+        array = getattr(system, name)
+        parts[name] = array[np.ix_(*(active,) * array.ndim)]
+    return ModalSystem(**parts)

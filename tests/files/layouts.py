@@ -6,13 +6,13 @@
 import re
 from pathlib import Path
 
-from nanorom import LoadCurve, ReducedModel, Response
+from nanorom import LoadCurve, ReducedModel, Response, Verified
 from nanorom.files import layout
 from nanorom.results import diagram_file
 
 TOP = Path(__file__).parents[2]
 DOCUMENTS = [TOP / "README.md", TOP / "docs" / "files.md"]
-CLASSES = {cls.__name__: cls for cls in (ReducedModel, Response, LoadCurve)}
+CLASSES = {cls.__name__: cls for cls in (ReducedModel, Response, LoadCurve, Verified)}
 TABLE = re.compile(r"(<!-- layout of (\w+), [^>]*-->\n).*?(<!-- end -->)", re.DOTALL)
 
 

@@ -5,7 +5,11 @@ import re
 import tomllib
 from pathlib import Path
 
+import attrs
 import pytest
+
+from nanorom.scene.scene import Scene
+from tests.scene import keys
 
 ROOT = Path(__file__).parents[2]
 TESTS = ROOT / "tests"
@@ -43,3 +47,16 @@ def test_every_folder_of_tests_has_a_row_in_the_page():
 def test_citation_names_the_version_of_the_package():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+
+
+@pytest.mark.parametrize("section", keys.SECTIONS)
+def test_every_key_of_a_scene_says_what_it_means_and_allows(section):
+    for field in keys.fields(keys.SECTIONS[section]):
+        assert field.metadata["about"] and field.metadata["allowed"], field.metadata["key"]
+
+
+def test_reference_of_scenes_is_what_the_classes_declare():
+    text = keys.DOCUMENT.read_text("utf-8")
+    assert keys.with_tables(text) == text, "run: ./run python -m tests.scene.keys"
+    sections = {field.name for field in attrs.fields(Scene)}
+    assert {name for name in sections if f"## [{name}]" not in text} == set()

@@ -6,6 +6,7 @@ import pytest
 import nanorom
 from nanorom.continuation import explore
 from nanorom.verification.assemble import assemble
+from nanorom.verification.driven import DrivenFilm
 
 RADIUS, THICKNESS, YOUNG, DENSITY, NU = 2.5e-6, 10e-9, 410e9, 2267.0, 0.16
 
@@ -50,6 +51,7 @@ class Doubled:
         near = int(np.argmin(np.abs(branch.omega - PLACE * first)))
         self.orbit, self.amplitude = branch.orbit(near), branch.amplitude[near]
         self.film = assemble(self.scene)
+        self.driven = DrivenFilm(self.film, self.drive, self.direct, self.parametric)
 
 
 @pytest.fixture(scope="session")

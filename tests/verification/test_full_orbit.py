@@ -6,6 +6,7 @@ import pytest
 import nanorom
 from nanorom.continuation import explore
 from nanorom.errors import SceneError
+from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.newton import SOLVED
 from nanorom.verification.orbit import full_orbit
 from nanorom.verification.problem import pose
@@ -59,14 +60,13 @@ def test_pressure_drives_a_quarter_of_the_drum_alone(doubled):
     labels = doubled.model.label
     shape[:, [labels.index(m) for m in labels if m[-1] == "s" or m[1] in "13"]] = 0.0
     orbit = nanorom.continuation.orbits.orbit.PeriodicOrbit(shape, doubled.orbit.omega, 2)
-    problem = pose(film, drive, orbit, 1.0, 0.0)
+    problem = pose(DrivenFilm(film, drive, 1.0, 0.0), orbit)
     assert problem.equations.classes.deflections == ((0, 0),)
-    assert pose(film, doubled.drive, doubled.orbit, 1.0, 1.0).equations.classes.count == 4
+    assert pose(doubled.driven, doubled.orbit).equations.classes.count == 4
 
 
 def test_film_s_force_on_its_modes_is_that_of_the_tensors(doubled):
-    film = doubled.film
-    problem = pose(film, doubled.drive, doubled.orbit, doubled.direct, doubled.parametric)
+    problem = pose(doubled.driven, doubled.orbit)
     equations, model = problem.equations, problem.model
     samples = equations.parts(problem.start @ equations.synthesis)
     force = np.concatenate(equations.film.force(equations.classes, samples)[0])
@@ -79,10 +79,7 @@ def test_film_s_force_on_its_modes_is_that_of_the_tensors(doubled):
 
 
 def test_tangent_is_the_derivative_of_the_residual(doubled):
-    film = doubled.film
-    equations = pose(
-        film, doubled.drive, doubled.orbit, doubled.direct, doubled.parametric
-    ).equations
+    equations = pose(doubled.driven, doubled.orbit).equations
     rng = np.random.default_rng(7)
     x, change = rng.standard_normal((2, equations.size, doubled.orbit.harmonics * 2 + 1)) * 0.1
     _, state = equations.residual(x, 1.1)

@@ -11,9 +11,9 @@ from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.start import first_orbit, fixed_rate, follow_closed
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
-from nanorom.continuation.diagrams.record import Node, Record
+from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
 from nanorom.continuation.orbits.coordinates import with_symmetries
-from nanorom.continuation.orbits.harmonics import forced_support, full_support
+from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, same_orbit
 from nanorom.continuation.points.directions import breaking, crossing
 from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
@@ -24,6 +24,8 @@ from nanorom.errors import ContinuationError
 
 SAME_FREQUENCY = 1e-6  # of a bifurcation found on two branches
 SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves it
+LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
+HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
 SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
@@ -163,13 +165,14 @@ class _Explorer:
             return tracer.orbit(steps[-1], steps[-1].length)
         return self.record.scaled_orbit(self.record.branches[-1].orbit(-1))
 
-    def _isolated(self, seed: Orbit) -> None:
-        """The branch near an orbit of another level, unless there is none or it is known."""
+    def _isolated(self, seed: Orbit, support: Support | None = None) -> None:
+        """The branch near an orbit, say of another level, unless there is none or it is known."""
         p = seed.period_multiple
         low, high = self.record.range
         if not low < seed.omega < high and p == 1:
             return
-        support = full_support(self.scaled, p)
+        if support is None:
+            support = full_support(self.scaled, p)
         if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
             support = forced_support(self.scaled)
         tracer = Tracer(self.scaled, support, p, self.settings)
@@ -249,6 +252,7 @@ class _Explorer:
     ) -> None:
         """One branch of a bifurcation, to its end."""
         tracer = bifurcation.tracer
+        ended: Orbit | None = None
         if start.before is None:
             steps = follow_closed(tracer, start.orbit, start.direction, rates)
         else:
@@ -261,11 +265,29 @@ class _Explorer:
                     series.length = end
                 steps.append(series)
                 if end is not None:
-                    self._mark_end(tracer.orbit(series, end))
+                    ended = tracer.orbit(series, end)
+                    self._mark_end(ended)
                     tracer.ending = "bifurcation"
                     break
-        if steps:
-            self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
+                if self._is_hopeless(tracer, series):
+                    tracer.ending = "unstable"
+                    break
+        if not steps:
+            why = UNFINISHED.get(tracer.ending, "it leads nowhere")
+            self.record.leave("branch", node.orbit.omega, f"{node.kind.name}: {why}")
+            return
+        self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
+        if ended is not None:  # on a branch that may not be known yet
+            self._isolated(bifurcation.symmetric(ended), bifurcation.shorter)
+
+    def _is_hopeless(self, tracer: Tracer, series: Series) -> bool:
+        """Whether orbits of a long period have become so unstable that nothing is near them."""
+        if tracer.period_multiple < LONG:
+            return False
+        orbit = tracer.orbit(series, series.length)
+        given = orbit.coefficients[None], np.array([orbit.rate])
+        multipliers = self.record.floquet.multipliers(*given, orbit.period_multiple, tracer.support)
+        return bool(np.abs(multipliers).max() > HOPELESS)
 
     def _mark_end(self, end: Orbit) -> None:
         """The pitchfork at which a branch ends needs no branch of its own."""

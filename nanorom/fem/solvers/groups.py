@@ -47,6 +47,11 @@ def alone() -> Team:
     return Team(MPI.COMM_SELF, MPI.COMM_SELF)
 
 
+def together() -> MPI.Comm:
+    """All ranks that were started together."""
+    return MPI.COMM_WORLD
+
+
 def memory(comm: MPI.Comm) -> float:
     """Bytes that new processes may take on the fullest of the ranks' machines; 0 if unknown.
 

@@ -1,0 +1,81 @@
+"""A film under one level of its drive, film-scaled, and the modal equations of its named modes."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from nanorom.continuation.system import ModalSystem
+from nanorom.fem.symmetry import Parity
+from nanorom.scene.drive import Drive
+from nanorom.types import Array
+from nanorom.verification import drives
+from nanorom.verification.assemble import Film
+
+
+class DrivenFilm:
+    """A film, its drive's patterns, and levels of them in SI units."""
+
+    def __init__(self, film: Film, drive: Drive, direct: float, parametric: float) -> None:
+        self.film, self.drive = film, drive
+        self.direct, self.parametric = direct, parametric
+        self._modulation: dict[Parity, Any] = {}
+
+    @property
+    def material_time(self) -> float:
+        """Relaxation time of the material."""
+        assert self.film.scene.damping is not None
+        return self.film.scene.damping.material_time / self.film.time
+
+    @cached_property
+    def forces(self) -> dict[Parity, Array]:
+        """Direct force (free,) on the classes that it drives."""
+        if self.direct == 0.0:
+            return {}
+        scale = self.direct / self.film.units.force
+        found = drives.direct_forces(self.film, self.drive)
+        return {parity: scale * force for parity, force in found.items()}
+
+    def modulation(self, parity: Parity) -> Any:
+        """Operator (free, free) on what is modulated, None if nothing is."""
+        if self.parametric == 0.0:
+            return None
+        if parity not in self._modulation:
+            scale = self.parametric / self.film.scales.tension
+            self._modulation[parity] = scale * drives.modulation(self.film, self.drive, parity)
+        return self._modulation[parity]
+
+    @cached_property
+    def system(self) -> ModalSystem:
+        """Modal equations of all named modes in coordinates of unit mass."""
+        film, time = self.film, self.material_time
+        count = len(film.parities)
+        direct, parametric = np.zeros(count), np.zeros((count, count))
+        for parity in film.plate.mirrors.classes:
+            own, shapes = film.of_class(parity), film.shapes(parity)
+            if parity in self.forces:
+                direct[own] = shapes.T @ self.forces[parity]
+            operator = self.modulation(parity)
+            if operator is not None:
+                parametric[np.ix_(own, own)] = -shapes.T @ (operator @ shapes)
+        rates = np.diag(np.sqrt(film.solution.modes.eigenvalues) / film.quality)
+        viscous = time > 0
+        return ModalSystem(
+            stiffness=self._tensor("stiffness"),
+            damping=rates + time * self._tensor("bending") if viscous else rates,
+            quadratic=self._tensor("quadratic"),
+            cubic=self._tensor("cubic"),
+            cubic_damping=time * self._tensor("stretching") if viscous else None,
+            direct=direct,
+            parametric=parametric,
+        )
+
+    def _tensor(self, name: str) -> Array:
+        """A modal matrix or tensor in coordinates of unit mass."""
+        array, scale = self.film.modal[name], self.film.scale
+        for axis in range(array.ndim):
+            array = array * scale.reshape([-1 if i == axis else 1 for i in range(array.ndim)])
+        energy = self.film.units.deflection**2 * self.film.scales.tension
+        return np.asarray(array / (energy * self.film.plate.mirrors.copies))

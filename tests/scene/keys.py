@@ -1,0 +1,96 @@
+"""Write the tables of a scene's keys into docs/scene.md, from what the classes declare.
+
+./run python -m tests.scene.keys
+"""
+
+import re
+from pathlib import Path
+
+import attrs
+
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Damping, Sweep
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import SHAPES
+from nanorom.scene.load import Load
+from nanorom.scene.patterns import DIRECT, PARAMETRIC
+from nanorom.scene.request import Accuracy, Modes, Reduction
+from nanorom.scene.support import Spring, Support
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
+SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
+    "plate": Plate,
+    "material": Material,
+    "tension": Tension,
+    "support": Support,
+    "support, springs": Spring,
+    "modes": Modes,
+    "reduction": Reduction,
+    "accuracy": Accuracy,
+    "load": Load,
+    "damping": Damping,
+    "drive": Drive,
+    "sweep": Sweep,
+}
+TABLE = re.compile(r"(<!-- (keys of ([\w, ]+)|patterns) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def fields(kind):
+    """Attributes of a section that are keys of a file."""
+    return [field for field in attrs.fields(kind) if "key" in field.metadata]
+
+
+def default(field) -> str:
+    if field.default is attrs.NOTHING:
+        return "needed"
+    if field.default is None:
+        return ""
+    if isinstance(field.default, attrs.Factory):
+        return "made from others"
+    return f"`{str(field.default).removeprefix('(').removesuffix(')')}`"
+
+
+def row(field) -> tuple[str, ...]:
+    told = field.metadata
+    unit = "" if told["unit"] == "1" else told["unit"] or ""
+    return (
+        f"`{told['key']}`",
+        unit,
+        default(field),
+        told["allowed"].replace("|", "\\|"),
+        told["about"],
+    )
+
+
+def table(head, rows) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def keys(section: str) -> str:
+    head = ("key", "unit", "if left out", "allowed", "meaning")
+    return table(head, map(row, fields(SECTIONS[section])))
+
+
+def patterns() -> str:
+    """The table of drive patterns: what a level of each is, and what it needs beside it."""
+    rows = []
+    for kind, known in (("direct_pattern", DIRECT), ("parametric_pattern", PARAMETRIC)):
+        for name, pattern in known.items():
+            about = (pattern.__doc__ or "").split("\n")[0].replace("``", "`")
+            needed = ", ".join(f"`{key}`" for key in pattern.keys())
+            rows.append((f'`{kind} = "{name}"`', pattern.unit, needed, about))
+    return table(("pattern", "unit of a level", "needs", "meaning"), rows)
+
+
+def with_tables(text: str) -> str:
+    """The document with its tables made anew."""
+
+    def made(match: re.Match) -> str:
+        return f"{match[1]}\n{keys(match[3]) if match[3] else patterns()}\n\n{match[4]}"
+
+    return TABLE.sub(made, text)
+
+
+if __name__ == "__main__":
+    DOCUMENT.write_text(with_tables(DOCUMENT.read_text("utf-8")), "utf-8")

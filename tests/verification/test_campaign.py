@@ -1,0 +1,93 @@
+"""Responses held against the film: what is chosen, estimated, solved for, kept and drawn."""
+
+import numpy as np
+import pytest
+
+import nanorom
+from nanorom.errors import SceneError
+from nanorom.results.verified import Verified
+from nanorom.verification.points import of_level
+from tests.verification.conftest import drum
+
+POINTS = 6
+TOO_SMALL, TOO_LARGE = 3.0, 30.0  # factors by which an estimate may be wrong
+ONLY_BELOW = 0.1  # of the errors that an estimate is held to
+FEW = 1e-6  # errors below are those of the orbits of the model
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    """A drum with two modes under pressure, at two levels."""
+    scene = drum(
+        [1, 6],
+        tension=(0.3, 0.3),
+        quality=100.0,
+        drive=nanorom.Drive([20.0, 40.0]),
+        sweep=nanorom.Sweep("0.95 f1", "1.3 f1"),
+    )
+    model = nanorom.reduce(scene)
+    response = nanorom.respond(model, scene.drive, scene.sweep, processes=1)
+    return scene, response
+
+
+@pytest.fixture(scope="module")
+def verified(pressed):
+    scene, response = pressed
+    return nanorom.verify(scene, response, level=2, points=POINTS)
+
+
+def test_points_are_special_ones_and_others_along_the_branches(pressed):
+    _, response = pressed
+    diagram = response.diagrams[1]
+    chosen = of_level(1, diagram, POINTS)
+    special = [point for point in chosen if point.type != "-"]
+    assert len(chosen) == POINTS
+    assert len(special) == min(len(diagram.special_points), POINTS // 2)
+    assert len({point.orbit.omega for point in chosen}) == POINTS
+
+
+def test_film_s_orbits_are_found_and_the_estimate_is_near_their_error(verified):
+    assert len(verified) == POINTS
+    assert verified.solved.all()
+    assert (verified.residual <= 1e-8).all()
+    error = np.abs(verified.error)
+    plain = np.array([kind != "LP" for kind in verified.type]) & (error < ONLY_BELOW)
+    plain &= (error > FEW) & (verified.omega_full == verified.omega)
+    assert plain.any()
+    ratio = verified.estimate[plain] / error[plain]
+    assert (ratio > 1 / TOO_SMALL).all()
+    assert (ratio < TOO_LARGE).all()
+    folds = [row for row, kind in enumerate(verified.type) if kind == "LP"]
+    assert folds
+    shift, told = np.abs(verified.error_omega[folds]), np.abs(verified.estimate_omega[folds])
+    assert (told > (shift - FEW) / TOO_SMALL).all()
+    assert (told < TOO_LARGE * (shift + FEW)).all()
+
+
+def test_estimates_are_to_be_had_without_the_film_s_orbits(pressed, verified):
+    scene, response = pressed
+    alone = nanorom.verify(scene, response, level=2, points=POINTS, solve=False)
+    assert not alone.solved.any()
+    assert alone.estimate == pytest.approx(verified.estimate, rel=1e-6)
+
+
+def test_table_is_the_same_from_its_file_and_can_be_drawn(verified, tmp_path):
+    from nanorom.files import stored
+    from nanorom.plots import verified_figure
+
+    path = tmp_path / "verified.h5"
+    verified.save(path)
+    again = stored.load(path)
+    assert isinstance(again, Verified)
+    assert np.array_equal(again.full, verified.full)
+    assert again.type == verified.type
+    assert again.text() == verified.text()
+    figure = verified_figure(again, tmp_path / "verified.png")
+    assert len(figure.axes) == 2
+    assert (tmp_path / "verified.png").stat().st_size > 0
+
+
+def test_response_of_other_modes_is_refused(pressed):
+    _, response = pressed
+    with pytest.raises(SceneError, match="level"):
+        nanorom.verify(pressed[0], response, level=3)
