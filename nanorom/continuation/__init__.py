@@ -4,6 +4,7 @@ Periodic orbits and tori, stability and bifurcations.
 """
 
 from nanorom.continuation.branches.states import State, states
+from nanorom.continuation.comb import Comb, comb, record
 from nanorom.continuation.curves.backbone import Backbone, backbone
 from nanorom.continuation.curves.locus import Locus, locus
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
@@ -21,6 +22,7 @@ from nanorom.continuation.tori.two_tone import Tone, two_tones
 __all__ = [
     "Backbone",
     "Branch",
+    "Comb",
     "Diagram",
     "LinearResponse",
     "Locus",
@@ -38,11 +40,13 @@ __all__ = [
     "Unexplored",
     "add_isolas",
     "backbone",
+    "comb",
     "explore",
     "explore_each",
     "explore_levels",
     "follow_torus",
     "locus",
+    "record",
     "states",
     "sweep",
     "two_tones",

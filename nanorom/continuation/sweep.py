@@ -22,6 +22,7 @@ DISTURBANCE = 1e-6  # of the unit of amplitude, for parametric resonance to ampl
 SMALL = 1e-4  # of that unit, below which errors are absolute
 MOST_STEPS = 100_000  # of the integrator between two outputs
 CHUNK = 5  # pairs of periods integrated before it is asked whether the motion has settled
+ESCAPED = 1e6  # units of amplitude: no film comes back from there
 REST = 1e-12  # size below which a motion has settled
 
 
@@ -29,13 +30,15 @@ REST = 1e-12  # size below which a motion has settled
 class Sweep:
     """omega (n,), amplitude (n, L) = max |q_r| over the last periods, state (n, 2L) at drive phase
     0, in the system's units; settled (n,): whether the stroboscopic state had come to rest (not on
-    a torus or in chaos).
+    a torus or in chaos); escaped: frequency at which the motion left all bounds, where the sweep
+    ends with what was recorded before, or None.
     """
 
     omega: Array
     amplitude: Array
     state: Array
     settled: Array
+    escaped: float | None = None
 
 
 @one_thread()
@@ -66,7 +69,7 @@ def sweep(
     Raises
     ------
     ContinuationError
-        for invalid frequencies or if the integration fails.
+        for invalid frequencies or a state of the wrong shape.
     """
     frequencies = np.asarray(omega, dtype=float)
     if frequencies.ndim != 1 or not len(frequencies) or not np.all(frequencies > 0):
@@ -81,13 +84,28 @@ def sweep(
         np.full(2 * size, DISTURBANCE) if state is None else np.asarray(state, dtype=float) / unit
     )
     results = []
+    escaped: float | None = None
     for number, frequency in enumerate(frequencies / scaled.frequency):
-        here, amplitude, settled = _settle(scaled, frequency, here, periods, settle, tolerance)
+        try:
+            here, amplitude, settled = _settle(scaled, frequency, here, periods, settle, tolerance)
+        except _Escaped:
+            escaped = float(frequencies[number])
+            break
         results.append((amplitude * scaled.amplitude, here * unit, settled))
         if progress is not None:
             progress(number + 1, len(frequencies))
-    amplitudes, states, rest = zip(*results)
-    return Sweep(frequencies, np.array(amplitudes), np.array(states), np.array(rest))
+    done = len(results)
+    return Sweep(
+        frequencies[:done],
+        np.array([amplitude for amplitude, _, _ in results]).reshape(done, size),
+        np.array([state for _, state, _ in results]).reshape(done, 2 * size),
+        np.array([rest for _, _, rest in results], dtype=bool),
+        escaped,
+    )
+
+
+class _Escaped(Exception):
+    """The motion leaves all bounds, in a potential that does not hold it."""
 
 
 def _settle(
@@ -101,7 +119,13 @@ def _settle(
     """State after the transient, amplitudes (L,) of the last two periods, whether it came to
     rest.
     """
-    right_side = equations(system, omega)
+    equation = equations(system, omega)
+
+    def right_side(time: float, y: Array) -> Array:
+        if not np.abs(y).max() < ESCAPED:
+            raise _Escaped
+        return equation(time, y)
+
     span = 4 * np.pi / omega  # two periods: period-doubled motion is at rest, too
     options = {"rtol": tolerance, "atol": SMALL * tolerance, "tfirst": True, "mxstep": MOST_STEPS}
     chunk = span * np.arange(CHUNK + 1)
@@ -109,7 +133,7 @@ def _settle(
     while not settled and done < periods:
         states = odeint(right_side, state, chunk, **options)
         if not np.all(np.isfinite(states)):
-            raise ContinuationError(f"time integration failed at omega = {omega:.6g} (scaled)")
+            raise _Escaped
         changes = np.abs(np.diff(states, axis=0)).max(axis=1)
         settled = bool(changes[-1] < settle * max(np.abs(states[-1]).max(), REST))
         state, done = states[-1], done + 2 * (len(chunk) - 1)

@@ -94,7 +94,8 @@ class ModalSystem:
     mass : (L, L), (L,) or number, optional
         Modal mass; the identity if left out.
     damping : (L, L), (L,) or number
-        Viscous damping C; every mode must lose energy.
+        Viscous damping C; every mode must lose energy, if only by `cubic_damping` at large
+        amplitudes.
     stiffness : (L, L), (L,) or number
         Linear stiffness K, with positive natural frequencies.
     quadratic : (L, L, L), optional
@@ -188,10 +189,20 @@ class ModalSystem:
     def _check_damping(self) -> None:
         losses = np.linalg.solve(self.mass, self.damping)
         if np.diag(losses).min() <= 0 or np.linalg.eigvals(losses).real.min() <= 0:
+            if self._limits_itself(losses):
+                return
             raise ContinuationError(
                 "damping: zero or negative for at least one mode; "
-                "a steady response needs every mode damped (a quality factor, say)"
+                "a steady response needs every mode damped (a quality factor, say), or positive "
+                "cubic_damping in its place"
             )
+
+    def _limits_itself(self, losses: Array) -> bool:
+        """Whether cubic damping takes energy out of every motion that linear damping feeds."""
+        values, vectors = np.linalg.eigh((losses + losses.T) / 2)
+        cubic = np.tensordot(np.linalg.inv(self.mass), self.cubic_damping, axes=1)
+        fed = [*vectors.T[values <= 0], *np.eye(self.size)[np.diag(losses) <= 0]]
+        return all(float(np.einsum("rjkl,r,j,k,l->", cubic, v, v, v, v)) > 0 for v in fed)
 
     def natural_frequencies_squared(self) -> Array:
         """Eigenvalues (L,) of M^-1 K, ascending, in rad^2 per squared unit of time.

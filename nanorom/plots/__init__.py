@@ -1,5 +1,6 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
+from nanorom.plots.comb import comb_figure
 from nanorom.plots.diagram import diagram_figure, motion_figure
 from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
@@ -10,6 +11,7 @@ from nanorom.plots.verified import verified_figure
 
 __all__ = [
     "amplitude_panels",
+    "comb_figure",
     "comparison_figure",
     "diagram_figure",
     "linear_figure",

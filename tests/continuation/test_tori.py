@@ -101,6 +101,9 @@ def test_lines_of_the_spectrum_add_up_to_the_motion(families):
     times = np.array([0.0, 3.7, 512.3])
     values = (np.exp(1j * np.outer(times, rates)) @ amplitudes).real
     assert np.abs(values - motion(times)).max() < 1e-11
+    assert np.diff(rates).min() > 1e-9  # every line once
+    for amplitude, (first, second) in zip(amplitudes, orders):
+        assert np.abs(motion.line(first, second) - amplitude).max() < 1e-15
     base = np.array([motion.omega, motion.second])
     assert np.abs(orders @ base - rates).max() < 1e-12
 

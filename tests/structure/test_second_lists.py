@@ -1,6 +1,7 @@
 """Names that a table holds are listed in that table alone: a new row reaches everything."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import attrs
@@ -25,10 +26,11 @@ SCHEMA = ("rom/", "files/")  # what checks, cuts, writes and reads arrays; a rep
 SEVERAL = 3  # names side by side that make a list of them; two may be a pair with a meaning
 
 
-def listed(tree: ast.AST) -> list[tuple[int, set[str]]]:
-    """Line and words of every tuple, list, set and dictionary of words."""
+@cache
+def listed(file: Path) -> list[tuple[int, set[str]]]:
+    """Line and words of every tuple, list, set and dictionary of words in a file."""
     found = []
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         parts = getattr(node, "keys", None) if isinstance(node, ast.Dict) else None
         if isinstance(node, (ast.Tuple, ast.List, ast.Set)):
             parts = node.elts
@@ -47,6 +49,6 @@ def test_names_are_listed_once(table):
             continue
         if place.startswith(home) or place in OTHERS or "meshes" in place:
             continue
-        for line, words in listed(ast.parse(file.read_text(encoding="utf-8"))):
+        for line, words in listed(file):
             several = min(SEVERAL, len(names))
             assert len(words & names) < several, f"{place}:{line}: {sorted(words & names)}"

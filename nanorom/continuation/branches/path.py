@@ -24,7 +24,7 @@ TAYLOR_SPACING = 2.0  # lengths of a Taylor series between two points
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
 TURNED = 1e-6  # of an orbit: changes by a rotation
 NEARBY = 1e-4  # of an orbit that a step is to pass: series are less exact than orbits
-MARGIN = 1e-3  # of a step at the ends of a path, where a bifurcation may be
+MARGIN = 5e-4  # of a step at the ends of a path, where a bifurcation may be
 
 
 @dataclass(frozen=True)

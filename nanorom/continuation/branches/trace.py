@@ -7,10 +7,11 @@ from functools import partial
 
 import numpy as np
 
+from nanorom.continuation.branches.accuracy import Accuracy
 from nanorom.continuation.branches.march import March, StepControl
 from nanorom.continuation.branches.series import Series, SeriesExpansion
 from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
-from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, Support, basis_for
+from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, LONG_LADDER, Support, basis_for
 from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.settings import Settings
 from nanorom.continuation.system import ScaledSystem
@@ -19,18 +20,17 @@ from nanorom.types import Array
 
 LARGEST_STEP = 10.0  # times orbit and frequency (of a linear system the series never ends)
 LEAST_PART = 1 / 64  # of a step, at whose end the next one cannot begin
-CORRECTED = 1e-7  # of an orbit from which a step begins: the last change; the series does the rest
-SOLVED = 1e-10  # of an orbit by itself: the last change
 FIRST_CORRECTIONS = 15  # of an orbit that is not near a known one
 LEAST_MORE, MOST_MORE = 1.1, 1.6  # factors on the number of harmonics, where it must rise
 SLOWEST_DECAY = 1e-3  # of the log of the harmonics, each: below, it tells nothing
 SPARE = 30.0  # factor between the sizes of last harmonics that call for more and for fewer
 LARGEST_DRIFT = 0.25  # of the rate within a step
 PER_OCTAVE = 16  # lengths of steps
-AT_END = 1e-6  # of the orbit: residual at the end of a step
 SHORTER, SHORTENINGS = 0.7, 12  # factor on a step whose end is not good, how often at most
 REST = 1e-6  # size below which an orbit is at rest
 ROUND_OFF = 1e-16  # of the largest harmonic
+LEAST_OF_DRIVE = 20  # harmonics of the drive that orbits of a long period may have
+MOST_UNKNOWNS = 1000  # of orbits of a long period: beyond, shooting costs less
 TINY = 1e-30  # of an orbit at rest
 UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
@@ -44,11 +44,13 @@ class Tracer:
         self.system, self.support, self.period_multiple = system, support, period_multiple
         self.settings = settings
         self.ending = "open"
+        self.accuracy = Accuracy.of(system, support, settings)
         self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
+        moving = int(support.table.any(axis=1).sum())
+        most = min(LEAST_OF_DRIVE * period_multiple, MOST_UNKNOWNS // max(2 * moving, 1))
+        most = min(max(most, HARMONIC_LADDER[-1]), settings.harmonics * period_multiple)
         self.ladder = [
-            h
-            for h in HARMONIC_LADDER
-            if 2 * period_multiple <= h <= settings.harmonics * period_multiple
+            h for h in (*HARMONIC_LADDER, *LONG_LADDER) if 2 * period_multiple <= h <= most
         ]
 
     def balance(self, harmonics: int) -> HarmonicBalance:
@@ -74,11 +76,12 @@ class Tracer:
         return sizes
 
     def tail(self, balance: HarmonicBalance, x: Array, harmonics: int | None = None) -> float:
-        """Size of the last harmonics (those above `harmonics`, if given) relative to the
-        largest.
+        """Size of the last harmonics (those about `harmonics` and above, if given) relative to the
+        largest: of two harmonics of the drive, for of a long period those between may be small.
         """
         sizes = self.spectrum(balance, x)
-        first = (balance.basis.harmonics if harmonics is None else harmonics) - 1
+        last = balance.basis.harmonics if harmonics is None else harmonics
+        first = max(last + 1 - 2 * self.period_multiple, 0)
         return float(sizes[first:].max() / max(sizes.max(), TINY))
 
     def adapt(self, balance: HarmonicBalance, x: Array) -> int:
@@ -110,7 +113,7 @@ class Tracer:
             balance = self.balance(harmonics)
             x = balance.basis.compress(orbit.coefficients)
             x, rate, _ = balance.correct(
-                x, orbit.rate, border(balance), SOLVED, iterations=FIRST_CORRECTIONS
+                x, orbit.rate, border(balance), self.accuracy.solved, iterations=FIRST_CORRECTIONS
             )
             orbit = Orbit(balance.basis.expand(x, self.system.size), rate, self.period_multiple)
             wanted = self.adapt(balance, x)
@@ -179,21 +182,23 @@ class Tracer:
         """
         known = balance.basis.harmonics
         while True:
-            x, rate, factors = balance.correct(x, rate, border, CORRECTED)
+            x, rate, factors = balance.correct(x, rate, border, self.accuracy.corrected)
             wanted = self.adapt(balance, x)
             if wanted == balance.basis.harmonics:
                 break
             x, border = self.transfer(balance, wanted, x, border)
             balance = self.balance(wanted)
             if wanted < known:  # fewer than before: enough, no need to look again
-                x, rate, factors = balance.correct(x, rate, border, CORRECTED)
+                x, rate, factors = balance.correct(x, rate, border, self.accuracy.corrected)
                 break
         unresolved = self.tail(balance, x) > UNRESOLVED * self.settings.tolerance
         if balance.basis.harmonics == self.ladder[-1] and unresolved:
             self.ending = "harmonics"
             return None
+        if self.accuracy.sharp:
+            factors = balance.factorise(x, rate, border)
         packed, rates = self.pair(balance.basis.harmonics)[1].expand(x, rate, factors)
-        series = Series.from_terms(balance, packed, rates, self.settings.series)
+        series = Series.from_terms(balance, packed, rates, self.accuracy.series)
         series.length = self._length(series, rates)
         return series
 
@@ -241,7 +246,11 @@ class Tracer:
             residual = balance.basis.pack(balance.residual(x, rate))
             error = float(np.abs(residual).max(initial=0.0))
             good_tail = self.tail(balance, x) < SPARE * self.settings.tolerance
-            if rate > 0 and error < AT_END * scale * max(1.0, rate**2) and good_tail:
+            if (
+                rate > 0
+                and error < self.accuracy.residual * scale * max(1.0, rate**2)
+                and good_tail
+            ):
                 return length
             length *= SHORTER
         return length

@@ -48,8 +48,8 @@ class Branch:
     largest modulus first; coefficients: Fourier coefficients (2H + 1, L) of each point in theta =
     omega t / period_multiple, ordered 1, cos, sin, cos 2, ...; parent: index of the branch it
     bifurcates from, or None; origin: index of the special point it starts at, or None; ending: why
-    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost"). wave: of a system
-    with pairs of equal frequency, whether a pair moves along a line ("standing") or not
+    it stops ("range", "bifurcation", "closed", "steps", "harmonics", "lost", "unstable"). wave: of
+    a system with pairs of equal frequency, whether a pair moves along a line ("standing") or not
     ("travelling"); family: the branch is one of many, turned into each other by a symmetry.
     """
 

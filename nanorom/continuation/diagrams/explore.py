@@ -11,10 +11,11 @@ from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.start import first_orbit, fixed_rate, follow_closed
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
-from nanorom.continuation.diagrams.record import Node, Record
+from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
+from nanorom.continuation.diagrams.window import Window
 from nanorom.continuation.orbits.coordinates import with_symmetries
-from nanorom.continuation.orbits.harmonics import forced_support, full_support
-from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, same_orbit
+from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
+from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit
 from nanorom.continuation.points.directions import breaking, crossing
 from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
 from nanorom.continuation.settings import Settings, check_range
@@ -24,6 +25,8 @@ from nanorom.errors import ContinuationError
 
 SAME_FREQUENCY = 1e-6  # of a bifurcation found on two branches
 SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves it
+LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
+HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
 SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
@@ -127,26 +130,27 @@ class _Explorer:
 
     def _base(self) -> None:
         """The branch of the response from rest at the low end; if it turns back, also the one from
-        the high end.
+        the high end, and the pieces that lie between where it leaves the range and comes back.
         """
         low, high = self.record.range
         tracer = Tracer(self.scaled, forced_support(self.scaled), 1, self.settings)
-        try:
-            steps = self._steps(tracer, first_orbit(tracer, low, -1.0), 1.0)
-        except ContinuationError as error:
-            other = first_orbit(tracer, high, 1.0)
-            self.record.leave("start", low, error)
-        else:
-            self.record.add(tracer, steps, None, 0)
-            end = self._end(tracer, steps)
+        window = Window(self.record, tracer)
+        for edge, outward in ((low, -1.0), (high, 1.0)):
             try:
-                other = first_orbit(tracer, high, 1.0)
+                orbit = first_orbit(tracer, edge, outward)
+                if not window.begin(orbit):
+                    continue
+                steps = self._steps(tracer, orbit, -outward)
             except ContinuationError as error:
-                self.record.leave("start", high, error)
-                return
-            if abs(end.rate - high) < SAME_END * high and same_orbit(end, other):
-                return
-        self.record.add(tracer, self._steps(tracer, other, -1.0), None, 0)
+                if edge == high and not self.record.branches:
+                    raise
+                self.record.leave("start", edge, error)
+                continue
+            self.record.add(tracer, steps, None, 0)
+            window.meet(self._end(tracer, steps))
+        for steps in window.pieces():
+            self.record.add(tracer, steps, None, 0)
+        window.tell()
 
     def _steps(self, tracer: Tracer, orbit: Orbit, direction: float) -> list[Series]:
         steps = list(tracer.follow(orbit, direction, self.record.range))
@@ -163,20 +167,22 @@ class _Explorer:
             return tracer.orbit(steps[-1], steps[-1].length)
         return self.record.scaled_orbit(self.record.branches[-1].orbit(-1))
 
-    def _isolated(self, seed: Orbit) -> None:
-        """The branch near an orbit of another level, unless there is none or it is known."""
+    def _isolated(self, seed: Orbit, support: Support | None = None) -> None:
+        """The branch near an orbit, say of another level, unless there is none or it is known."""
         p = seed.period_multiple
         low, high = self.record.range
         if not low < seed.omega < high and p == 1:
             return
-        support = full_support(self.scaled, p)
+        if support is None:
+            support = full_support(self.scaled, p)
         if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
             support = forced_support(self.scaled)
         tracer = Tracer(self.scaled, support, p, self.settings)
         try:
             orbit, _ = tracer.solve(seed, fixed_rate)
         except ContinuationError as error:
-            self.record.leave("start", seed.omega, f"from a seed: {error}")
+            if not self.record.known:  # a level need not have what another one has
+                self.record.leave("start", seed.omega, f"from a seed: {error}")
             return
         if _is_shorter(orbit) or not self.record.is_new(orbit):
             return
@@ -249,6 +255,7 @@ class _Explorer:
     ) -> None:
         """One branch of a bifurcation, to its end."""
         tracer = bifurcation.tracer
+        ended: Orbit | None = None
         if start.before is None:
             steps = follow_closed(tracer, start.orbit, start.direction, rates)
         else:
@@ -261,11 +268,29 @@ class _Explorer:
                     series.length = end
                 steps.append(series)
                 if end is not None:
-                    self._mark_end(tracer.orbit(series, end))
+                    ended = tracer.orbit(series, end)
+                    self._mark_end(ended)
                     tracer.ending = "bifurcation"
                     break
-        if steps:
-            self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
+                if self._is_hopeless(tracer, series):
+                    tracer.ending = "unstable"
+                    break
+        if not steps:
+            why = UNFINISHED.get(tracer.ending, "it leads nowhere")
+            self.record.leave("branch", node.orbit.omega, f"{node.kind.name}: {why}")
+            return
+        self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
+        if ended is not None:  # on a branch that may not be known yet
+            self._isolated(bifurcation.symmetric(ended), bifurcation.shorter)
+
+    def _is_hopeless(self, tracer: Tracer, series: Series) -> bool:
+        """Whether orbits of a long period have become so unstable that nothing is near them."""
+        if tracer.period_multiple < LONG:
+            return False
+        orbit = tracer.orbit(series, series.length)
+        given = orbit.coefficients[None], np.array([orbit.rate])
+        multipliers = self.record.floquet.multipliers(*given, orbit.period_multiple, tracer.support)
+        return bool(np.abs(multipliers).max() > HOPELESS)
 
     def _mark_end(self, end: Orbit) -> None:
         """The pitchfork at which a branch ends needs no branch of its own."""

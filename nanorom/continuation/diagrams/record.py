@@ -25,7 +25,7 @@ from nanorom.continuation.orbits.orbit import (
     orbit_state,
 )
 from nanorom.continuation.orbits.shooting import Shooting
-from nanorom.continuation.points.confirmation import Polished, polish
+from nanorom.continuation.points.confirmation import Polished, polish, without_shadows
 from nanorom.continuation.points.detection import Detector
 from nanorom.continuation.points.switching import Bifurcation
 from nanorom.continuation.settings import Settings
@@ -37,6 +37,7 @@ LAST_PART = 0.9  # of the last step, where shooting takes the direction from
 UNFINISHED = {  # endings of branches that go on
     "lost": "the branch goes on, but could not be followed",
     "harmonics": "the branch goes on, but asks for more harmonics than allowed",
+    "unstable": "the branch goes on, of a long period and more unstable than is of use",
     "steps": "the branch goes on after the most steps allowed",
 }
 
@@ -179,7 +180,7 @@ class Record:
                 polished = polish(path, exact, self.precise, self.shooting)
             if polished is not None and not any(polished.is_same(other) for other in found):
                 found.append(polished)
-        return found
+        return without_shadows(found, path)
 
     def _take_over(
         self, path: Path, index: int, is_end: Callable[[Orbit], bool]

@@ -23,6 +23,8 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
 CONFIRMED = 1e-7  # of a critical multiplier: what a point may be off by and still is reported
+MEETING = 1e-4  # distance of multipliers of which round-off makes more than it should
+MEETING_IN_TONGUE = 1e-6  # as before, where between two such points there is a tongue as narrow
 NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
 ON_CIRCLE = 1e-9  # of a modulus: round-off of those that are 1 throughout
 ALIKE = 1e-4  # imaginary part of a real multiplier that another one comes close to
@@ -74,6 +76,18 @@ class Kind:
             distances = np.abs(multipliers - TARGETS[self.condition])
         missing = np.full(multiplicity, np.inf)
         return float(np.sort(np.append(distances, missing))[multiplicity - 1])
+
+    def apart(self, multipliers: Numbers, multiplicity: int = 1) -> float:
+        """As `distance`, less what round-off makes of it where the next multiplier is close.
+
+        Of two that nearly meet, as all do at folds of a motion without damping, each is known to
+        the root of round-off alone, their product to round-off.
+        """
+        distance = self.distance(multipliers, multiplicity)
+        if self.condition == "circle":
+            return distance
+        meeting = MEETING if self is FOLD else MEETING_IN_TONGUE
+        return distance * min(1.0, self.distance(multipliers, multiplicity + 1) / meeting)
 
     def crossing(self, multipliers: Numbers) -> float:
         """A number that changes sign where it happens (not for a turn, which is the branch's)."""

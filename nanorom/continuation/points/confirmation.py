@@ -27,8 +27,13 @@ SAME = 1e-9  # of a frequency
 TOGETHER = 1e-8  # of multipliers, and of frequencies, that several of them are critical at
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
-CORRECTED = 1e-10  # of the orbit: the last change of Newton's method
 FIRST_SECANT, LAST_SECANT, SECANTS = 1e-3, 1e-7, 8  # of the window: changes; most of them
+MUCH_CLOSER = 1e-2  # than damping alone: multipliers that are critical together
+ROUND_OFF = 1e-6  # of a frequency: what it may make of a fold at Q = 1e9
+SHADOW = 1e-2  # of the width of a resonance: no branch point is so close to a fold
+WITHIN_TONGUE = 0.1  # of the damping: the first step of a search at the end of a tongue
+IN_TONGUE = 1e-3  # of the damping: where the last change ends in a tongue
+PAIRED = 1e-4  # distance of the second multiplier from a fold's where round-off may cross the two
 ROUNDS = 6  # of expansions at a point, each nearer to it
 WINDOW = 0.2  # of the step in which the point was found
 
@@ -47,6 +52,24 @@ class Polished:
         least = SAME if self.multiplicity == 1 else TOGETHER
         near = abs(self.orbit.omega - other.orbit.omega) < least * self.orbit.omega
         return self.kind is other.kind and near and same_orbit(self.orbit, other.orbit)
+
+
+def without_shadows(found: list[Polished], path: Path) -> list[Polished]:
+    """The points without such branch points as round-off makes of a fold at small damping.
+
+    At a fold of a motion that is hardly damped two multipliers meet near 1, and both of them cross
+    it in the noise.
+    """
+    folds = [point.orbit.omega for point in found if point.kind is FOLD]
+    near = SHADOW * path.tracer.accuracy.loss
+
+    def shadow(point: Polished) -> bool:
+        if point.kind.condition != "unit" or point.kind.distance(point.multipliers, 2) > PAIRED:
+            return False
+        omega = point.orbit.omega
+        return any(abs(omega - fold) < max(near, ROUND_OFF) * omega for fold in folds)
+
+    return [point for point in found if not shadow(point)]
 
 
 def polish(
@@ -72,7 +95,7 @@ def polish(
             continue
         orbit = tracer.orbit(series, a)
         shot = shooting.check(orbit)
-        distance = detected.kind.distance(shot.multipliers, expected)
+        distance = detected.kind.apart(shot.multipliers, expected)
         scale = max(1.0, float(np.abs(orbit.coefficients).max()))
         last = series.balance.basis.harmonics == tracer.ladder[-1]
         # where multipliers change fast, or meet, less than the defect allowed makes them differ
@@ -81,7 +104,8 @@ def polish(
     if shot.defect > CONFIRMED * scale or distance > CONFIRMED:
         return None
     multiplicity = detected.multiplicity
-    while detected.kind.distance(shot.multipliers, multiplicity + always + 1) < TOGETHER:
+    together = min(TOGETHER, MUCH_CLOSER * tracer.accuracy.loss)
+    while detected.kind.distance(shot.multipliers, multiplicity + always + 1) < together:
         multiplicity += 1
     return Polished(detected.kind, orbit, shot.multipliers, multiplicity)
 
@@ -94,7 +118,9 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
     x, rate = series.at(a)
     x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
     larger, expansion = tracer.pair(harmonics)
-    x, rate, factors = larger.correct(x, rate, border, CORRECTED)
+    x, rate, factors = larger.correct(x, rate, border, tracer.accuracy.solved)
+    if tracer.accuracy.sharp:
+        factors = larger.factorise(x, rate, border)
     packed, rates = expansion.expand(x, rate, factors)
     return Series.from_terms(larger, packed, rates, DIVERGED)
 
@@ -125,14 +151,17 @@ def _zero(
         slopes = [series.rate_slope(a) for a in points]
         return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 
-    step = FIRST_SECANT * window
+    # smaller than a tongue as narrow as the damping
+    step = min(FIRST_SECANT * window, WITHIN_TONGUE * tracer.accuracy.loss)
     a, (here, there) = around, critical([around, around + step])
     slope = (there - here) / step
     for _ in range(SECANTS):
         change = -here / slope if slope else np.inf
         if abs(a + change - around) > window:
             raise ContinuationError("no zero in the neighbourhood")
-        if abs(change) < LAST_SECANT * window:  # the secant's next change is its square
+        if abs(change) < min(
+            LAST_SECANT * window, IN_TONGUE * tracer.accuracy.loss
+        ):  # the secant's next change is its square
             return a + change
         before, a = here, a + change
         here = critical([a])[0]

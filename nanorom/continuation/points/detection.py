@@ -26,6 +26,7 @@ from nanorom.continuation.orbits.bifurcations import (
 from nanorom.continuation.orbits.coordinates import pairs
 from nanorom.continuation.orbits.pairs import Index
 from nanorom.continuation.points.crossings import crossings
+from nanorom.continuation.points.tongues import bottom, dips
 from nanorom.types import Array, Numbers
 
 ROUNDS = 8
@@ -43,6 +44,7 @@ ESTIMATED = 1e-3  # of an interval: interpolated roots
 ROUND_OFF = 1e-12  # of a place within a step
 APART = 1e-6  # of an average step: places closer than that are one
 NEARLY_EQUAL = 1e-3  # squared frequencies, relative: their multipliers may cross together
+IN_TONGUE = 1e-2  # of the damping, to which ends of tongues are located
 MANY = 0.2  # of the points: so many poor ones are mended before anything else is looked for
 LOGS, STEEP = 600.0, 50.0  # logarithms whose exponentials are still numbers, and of use
 LEAST_GAIN = 0.3  # of a sample, by which the vertex of a parabola must lie below it
@@ -98,6 +100,8 @@ class Detector:
             wanted += self._suspicious() if len(wanted) < MANY * len(self.places) else []
             if not self._insert(wanted):
                 break
+        if self.path.tracer.accuracy.tongues:
+            self._insert(self._in_tongues(), apart=ROUND_OFF)
         found = self._folds()
         for condition in self.conditions:
             found += self._roots(condition)
@@ -120,11 +124,31 @@ class Detector:
                 missed += [Detected(kind, place, multiplicity=m) for kind, place, m in others]
         return missed
 
-    def _insert(self, places: list[Place]) -> bool:
+    def _in_tongues(self) -> list[Place]:
+        """Points inside tongues that are too narrow for any sampling."""
+        samples, eigenvalues, slopes = self._interpolated()
+        wanted: list[float] = []
+        for condition in self.conditions:
+
+            def value(position: float, condition: Condition = condition) -> tuple[float, float]:
+                place = self.path.place(position)
+                values = self.path.maps([place])[1]
+                slope = np.array([self.path.rate_slope(place)])
+                signs, logs = test_function(condition, values, slope, self.couples)
+                return float(signs[0]), float(logs[0])
+
+            signs, logs = test_function(condition, eigenvalues, slopes, self.couples)
+            for i in dips(signs, logs):
+                place = bottom(value, samples[i - 1 : i + 2])
+                if place is not None:
+                    wanted.append(place)
+        return [self.path.place(position) for position in wanted]
+
+    def _insert(self, places: list[Place], apart: float = APART) -> bool:
         """Evaluate new places, unless they are there already."""
         positions = np.array([self.path.position(place) for place in places])
         fresh: list[int] = []
-        least = APART * self.path.offsets[-1] / len(self.path.steps)
+        least = apart * self.path.offsets[-1] / len(self.path.steps)
         for i in np.argsort(positions, kind="stable"):
             known = np.append(self.positions, positions[fresh])
             if np.abs(known - positions[i]).min(initial=np.inf) > least:
@@ -258,7 +282,10 @@ class Detector:
             if condition == "circle" and _neutral(*self.eigenvalues[i : i + 2]):
                 continue
             ends = self.places[i], self.places[i + 1]
-            point = self._classify(condition, self._estimate(condition, i), GOOD_ESTIMATE)
+            point = None
+            # in a narrow tongue an estimate may lead to its other end
+            if not self.path.tracer.accuracy.tongues:
+                point = self._classify(condition, self._estimate(condition, i), GOOD_ESTIMATE)
             if point is not None:
                 point = replace(point, bracket=(condition, *ends))
             else:
@@ -310,11 +337,9 @@ class Detector:
                 reference = float(logs[0])
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -LOGS, LOGS)))
 
+        closest = min(LOCATED * (last - low.a), IN_TONGUE * self.path.tracer.accuracy.loss)
         try:
-            return Place(
-                step,
-                float(brentq(value, low.a, last, xtol=LOCATED * (last - low.a), rtol=ROUND_OFF)),
-            )
+            return Place(step, float(brentq(value, low.a, last, xtol=closest, rtol=ROUND_OFF)))
         except ValueError:
             return None
 

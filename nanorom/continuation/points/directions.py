@@ -29,6 +29,13 @@ def stretched(orbit: Orbit, factor: int) -> Orbit:
     return Orbit(coefficients, orbit.rate / factor, orbit.period_multiple * factor)
 
 
+def shortened(orbit: Orbit, factor: int) -> Orbit:
+    """An orbit that repeats itself `factor` times, described with its own period."""
+    numbers = (np.arange(len(orbit.coefficients)) + 1) // 2
+    kept = orbit.coefficients[numbers % factor == 0]
+    return Orbit(kept, orbit.rate * factor, orbit.period_multiple // factor)
+
+
 def fixed_space(system: ScaledSystem, parent: Support, orbit: Orbit, kind: Kind) -> Support:
     """Orbits that keep the symmetry to be broken: of a period doubling, all of half the period."""
     if kind.period_factor > 1:

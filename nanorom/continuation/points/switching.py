@@ -15,10 +15,11 @@ from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.harmonics import (
     Support,
     close_support,
+    full_support,
     resize,
 )
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
-from nanorom.continuation.points.directions import fixed_space, stretched
+from nanorom.continuation.points.directions import fixed_space, shortened, stretched
 from nanorom.continuation.settings import Settings
 from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
@@ -80,6 +81,9 @@ class Bifurcation:
         self.orbit = stretched(orbit, factor)
         inherited = parent.stretch(factor)
         self.fixed = fixed_space(system, parent, orbit, kind)
+        # of the orbits that keep the symmetry, in their own period
+        self.shorter = parent if factor == 1 else full_support(system, orbit.period_multiple)
+        self.factor = factor
         self.direction = direction
         numbers = (np.arange(len(self.direction)) + 1) // 2
         table = inherited.table.copy()
@@ -190,6 +194,12 @@ class Bifurcation:
             if np.linalg.norm(part) < RETURNED * np.linalg.norm(outside[0]):
                 return root
         return None
+
+    def symmetric(self, orbit: Orbit) -> Orbit:
+        """The orbit without what breaks the symmetry, in its own period."""
+        harmonics = (len(orbit.coefficients) - 1) // 2
+        kept = np.where(self.fixed.rows_mask(harmonics), orbit.coefficients, 0.0)
+        return shortened(Orbit(kept, orbit.rate, orbit.period_multiple), self.factor)
 
     def back(self, series: Series) -> float | None:
         """Where the branch comes back to the bifurcation it starts at."""

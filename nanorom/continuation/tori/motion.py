@@ -21,8 +21,9 @@ class QuasiPeriodic:
     """q(t) = Re sum_mk c_mk exp(i (m theta_1 + k theta_2)), theta_1 = omega t / period_multiple,
     theta_2 = second t.
 
-    coefficients (2M + 1, H + 1, L), complex: m = -M ... M, k = 0 ... H; omega, second: rad per unit
-    of time; the drive is cos(omega t).
+    coefficients (2M + 1, H + 1, L), complex: m = -M ... M, k = 0 ... H, zero for m < 0 at k = 0,
+    so that every line is there once; omega, second: rad per unit of time; the drive is cos(omega
+    t).
     """
 
     coefficients: Numbers = attrs.field(repr=False)
@@ -82,10 +83,7 @@ class QuasiPeriodic:
         most, last = self.orders[0][-1], self.orders[1][-1]
         if abs(first) > most or second > last:
             return np.zeros(self._modes, dtype=complex)
-        amplitude = self.coefficients[first + most, second]
-        if second == 0 and first != 0:  # both signs of the order are in the series
-            amplitude = amplitude + self.coefficients[most - first, 0].conj()
-        return np.asarray(amplitude)
+        return np.asarray(self.coefficients[first + most, second])
 
     @property
     def _modes(self) -> int:
@@ -153,5 +151,8 @@ def motion(map_: ReturnMap, curve: Curve) -> QuasiPeriodic:
         if max(sizes[:2].max(), sizes[-2:].max()) < TAIL * sizes.max() or count >= MOST_SAMPLES * p:
             break
         count *= 2
+    middle = (len(c) - 1) // 2
+    c[:middle, 0] = 0.0  # conjugates of those of positive order
+    c[middle + 1 :, 0] *= 2.0
     kept = np.flatnonzero(sizes + sizes[::-1] > 0.1 * TAIL * sizes.max())
     return QuasiPeriodic(c[kept[0] : kept[-1] + 1], omega, second, p)

@@ -1,0 +1,140 @@
+"""Branches that were missed once: beyond the ends of others, deep in cascades, of systems that feed
+themselves; and sweeps that leave the well.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from nanorom.continuation import ModalSystem, explore, sweep
+from nanorom.errors import ContinuationError
+
+SAME = 1e-8
+ONE_HARMONIC = 0.05  # relative: what the others of these orbits amount to
+CLOSES = 1e-8  # of an orbit after a period of time integration
+FEIGENBAUM = 4.669201609  # limit of ratios of distances between period doublings
+ALREADY = 0.1  # relative: how near the limit the ratios of the last doublings are
+UNFOLLOWED = json.loads((Path(__file__).parent / "unfollowed.json").read_text())
+ARRAYS = ("damping", "stiffness", "quadratic", "cubic", "direct", "parametric")
+
+
+def softening() -> ModalSystem:
+    """q'' + 0.05 q' + q + q^2 = F cos(w t): a well with one way out."""
+    return ModalSystem(damping=0.05, stiffness=[1.0], quadratic=[[[1.0]]], direct=[1.0])
+
+
+def closes(orbit, right_side) -> float:
+    start = np.concatenate([orbit(0.0), orbit.velocity(0.0)])
+    options = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-15}
+    end = solve_ivp(right_side, (0.0, orbit.period), start, **options).y[:, -1]
+    return float(np.abs(end - start).max())
+
+
+def test_the_branch_that_another_one_ends_on_is_followed() -> None:
+    """A doubled branch ends where nothing was known: on a branch of the drive's period, from which
+    the number of special points rises from 64 to 76 (found before from a seed given by hand).
+    """
+    system = ModalSystem(**{name: UNFOLLOWED[name] for name in ARRAYS})
+    levels = UNFOLLOWED["direct_level"], UNFOLLOWED["parametric_level"]
+    diagram = explore(system, tuple(UNFOLLOWED["omega"]), *levels)
+    assert len(diagram.branches) >= 13
+    assert len(diagram.special_points) >= 76
+    (end,) = [p for p in diagram.points("PD") if abs(p.omega - 2.130823413) < SAME]
+    assert diagram.branches[end.branch].period_multiple == 1
+    assert diagram.branches[end.branch].parent is None
+
+
+def test_a_cascade_is_followed_to_its_fifth_doubling() -> None:
+    system = softening()
+    diagram = explore(system, (0.5, 1.5), 0.08, depth=4)
+    points = sorted(diagram.points("PD"), key=lambda point: point.period_multiple)
+    assert [point.period_multiple for point in points] == [1, 2, 4, 8, 16]
+    gaps = -np.diff([point.omega for point in points])
+    assert gaps[-2] / gaps[-1] == pytest.approx(FEIGENBAUM, rel=ALREADY)
+
+    def right_side(t, y, omega):
+        return [y[1], 0.08 * np.cos(omega * t) - 0.05 * y[1] - y[0] - y[0] ** 2]
+
+    for branch in diagram.branches:
+        orbit = branch.orbit(5)
+        if abs(branch.multipliers[5, 0]) < 1.5:  # else the integration loses it
+            assert closes(orbit, lambda t, y, w=orbit.omega: right_side(t, y, w)) < CLOSES
+
+
+def test_a_sweep_that_escapes_keeps_what_it_recorded(capfd) -> None:
+    omega = np.linspace(1.1, 0.7, 41)
+    found = sweep(softening(), omega, 0.12, periods=100)
+    assert found.escaped is not None
+    assert 0 < len(found.omega) < len(omega)
+    np.testing.assert_array_equal(found.omega, omega[: len(found.omega)])
+    assert found.escaped == omega[len(found.omega)]
+    assert found.amplitude.shape == (len(found.omega), 1)
+    assert np.isfinite(found.state).all()
+    out, error = capfd.readouterr()
+    assert not out + error
+
+
+def test_a_system_that_feeds_itself_at_small_amplitudes_is_followed() -> None:
+    """Van der Pol: outside of the range of entrainment the orbit of the drive's period is unstable,
+    inside it is stable; where it loses stability to a torus is a Neimark-Sacker point.
+    """
+    damping, cubic, force = -0.05, 0.2, 0.06
+    system = ModalSystem(
+        damping=[damping], stiffness=[1.0], cubic_damping=[[[[cubic]]]], direct=[1.0]
+    )
+    diagram = explore(system, (0.8, 1.2), force)
+    entrained = [branch for branch in diagram.branches if branch.stable.any()]
+    assert entrained
+    for branch in entrained:
+        orbit = branch.orbit(int(np.flatnonzero(branch.stable)[0]))
+
+        def right_side(t, y, omega=orbit.omega):
+            # q d(q^2)/dt = 2 q^2 q'
+            loss = (damping + 2 * cubic * y[0] ** 2) * y[1]
+            return [y[1], force * np.cos(omega * t) - loss - y[0]]
+
+        assert closes(orbit, right_side) < CLOSES
+    assert diagram.points("NS")
+    assert not diagram.branches[0].stable[0]
+
+
+def test_negative_damping_that_nothing_limits_is_refused() -> None:
+    with pytest.raises(ContinuationError, match="cubic_damping"):
+        ModalSystem(damping=[-0.01], stiffness=[1.0], cubic_damping=[[[[-0.1]]]])
+    limited = np.zeros((2, 2, 2, 2))
+    limited[0, 0, 0, 0] = 1.0
+    ModalSystem(damping=[-0.01, 0.01], stiffness=[1.0, 2.0], cubic_damping=limited)
+    with pytest.raises(ContinuationError, match="cubic_damping"):
+        ModalSystem(damping=[0.01, -0.01], stiffness=[1.0, 2.0], cubic_damping=limited)
+
+
+def duffing_states(omega: float, damping: float, force: float) -> list[float]:
+    """Amplitudes of q'' + c q' + q + q^3 = F cos(w t) by one harmonic, from its cubic equation."""
+    # a^2 ((1 - w^2 + 3/4 a^2)^2 + (c w)^2) = F^2
+    gap = 1 - omega**2
+    cubic = [9 / 16, 1.5 * gap, gap**2 + (damping * omega) ** 2, -(force**2)]
+    roots = np.roots(cubic)
+    return sorted(np.sqrt(roots.real[np.abs(roots.imag) < 1e-9]))
+
+
+@pytest.mark.parametrize("omega", [(1.2, 1.6), (1.1, 1.2), (1.5, 3.5), (1.3, 1.31)])
+def test_a_range_inside_a_bistable_region_shows_every_state_at_its_ends(omega) -> None:
+    system = ModalSystem(damping=[0.01], stiffness=[1.0], cubic=[[[[1.0]]]], direct=[1.0])
+    diagram = explore(system, omega, 0.03)
+    told = {round(left.omega, 6) for left in diagram.unexplored if left.kind == "window"}
+    for edge in omega:
+        expected = duffing_states(edge, 0.01, 0.03)
+        found = sorted(
+            branch.amplitude[end, 0]
+            for branch in diagram.branches
+            for end in (0, -1)
+            if abs(branch.omega[end] - edge) < 2e-3 * (omega[1] - omega[0])
+        )
+        assert len(found) == len(expected)
+        np.testing.assert_allclose(found, expected, rtol=ONE_HARMONIC)
+        assert (round(edge, 6) in told) == (len(expected) > 1)

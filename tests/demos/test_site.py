@@ -1,0 +1,66 @@
+"""The site's tutorials run as they stand and show what they say; its pages are all there."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[2]
+DOCS = REPOSITORY / "docs"
+PAPER_F01 = 21.15119357  # MHz; spectral solution of the paper's drum, no finite elements
+PRINTED = 5e-5  # MHz: half of the last digit that the page prints
+HOLE = 0.1  # what a small hole and bending may change
+SQUARE_F11 = 12.70  # MHz: sqrt(2 T/(rho h))/(2 a) of the square membrane without its hole
+
+
+@pytest.fixture(scope="module")
+def make():
+    spec = importlib.util.spec_from_file_location("make", DOCS / "make.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_first_drum_has_the_papers_frequency(make, tmp_path):
+    page = make.executed(DOCS / "tutorials/first-drum.md", tmp_path)
+    printed = float(re.search(r"^f01 +([\d.]+) MHz$", page, re.MULTILINE)[1])
+    assert printed == pytest.approx(PAPER_F01, abs=PRINTED)
+    assert "![response.png](response.png)" in page and (tmp_path / "response.png").is_file()
+
+
+def test_diagram_has_the_points_that_the_page_explains(make, tmp_path):
+    page = make.executed(DOCS / "tutorials/diagram.md", tmp_path)
+    assert len(re.findall(r"^LP  omega", page, re.MULTILINE)) == 2
+    assert "a multiplier of -1.000000" in page and "![diagram.png]" in page
+
+
+def test_own_film_is_meshed_and_held_by_its_names(make, tmp_path):
+    page = make.executed(DOCS / "tutorials/own-film.md", tmp_path)
+    printed = float(re.search(r"^mode 1: ([\d.]+) MHz$", page, re.MULTILINE)[1])
+    assert printed == pytest.approx(SQUARE_F11, rel=HOLE)
+    assert "![modes.png]" in page
+
+
+def test_laser_drives_what_pressure_does_not(make, tmp_path):
+    page = make.executed(DOCS / "howto/laser.md", tmp_path)
+    pressure, spot = map(
+        float, re.search(r"^f11c +pressure (\S+) N/Pa, spot (\S+)", page, re.M).groups()
+    )
+    assert abs(spot) > 1e-13 > abs(pressure)
+
+
+def test_command_line_page_has_every_command(make):
+    page = make.command_line()
+    for name in ("reduce", "respond", "identify", "export"):
+        assert f"## nanorom {name}" in page
+
+
+def test_every_page_is_in_the_menu_and_every_link_leads_somewhere():
+    menu = set(re.findall(r"^ +- ([\w/-]+\.md)$", (REPOSITORY / "mkdocs.yml").read_text(), re.M))
+    pages = {str(page.relative_to(DOCS)) for page in DOCS.rglob("*.md")} | {"cli.md"}
+    assert menu == pages
+    for page in DOCS.rglob("*.md"):
+        for link in re.findall(r"\]\(([\w/.-]+\.md)\)", page.read_text()):
+            target = (page.parent / link).resolve().relative_to(DOCS)
+            assert str(target) in pages, f"{page}: {link}"
