@@ -35,7 +35,7 @@ def duffing():
 
 @pytest.fixture
 def interrupted(monkeypatch):
-    """Ctrl-C after the first level that is done."""
+    """Ctrl-C after the first level that is done, also where the shell had it ignored."""
 
     def explore_each(system, omega, levels, *others, **options):
         diagrams = original(system, omega, levels, *others, **options)
@@ -44,6 +44,9 @@ def interrupted(monkeypatch):
 
     original = module.explore_each
     monkeypatch.setattr(module, "explore_each", explore_each)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def ask(duffing, **options):

@@ -12,9 +12,10 @@ from nanorom.continuation.branches.start import first_orbit, fixed_rate, follow_
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
+from nanorom.continuation.diagrams.window import Window
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
-from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, same_orbit
+from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit
 from nanorom.continuation.points.directions import breaking, crossing
 from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
 from nanorom.continuation.settings import Settings, check_range
@@ -129,26 +130,27 @@ class _Explorer:
 
     def _base(self) -> None:
         """The branch of the response from rest at the low end; if it turns back, also the one from
-        the high end.
+        the high end, and the pieces that lie between where it leaves the range and comes back.
         """
         low, high = self.record.range
         tracer = Tracer(self.scaled, forced_support(self.scaled), 1, self.settings)
-        try:
-            steps = self._steps(tracer, first_orbit(tracer, low, -1.0), 1.0)
-        except ContinuationError as error:
-            other = first_orbit(tracer, high, 1.0)
-            self.record.leave("start", low, error)
-        else:
-            self.record.add(tracer, steps, None, 0)
-            end = self._end(tracer, steps)
+        window = Window(self.record, tracer)
+        for edge, outward in ((low, -1.0), (high, 1.0)):
             try:
-                other = first_orbit(tracer, high, 1.0)
+                orbit = first_orbit(tracer, edge, outward)
+                if not window.begin(orbit):
+                    continue
+                steps = self._steps(tracer, orbit, -outward)
             except ContinuationError as error:
-                self.record.leave("start", high, error)
-                return
-            if abs(end.rate - high) < SAME_END * high and same_orbit(end, other):
-                return
-        self.record.add(tracer, self._steps(tracer, other, -1.0), None, 0)
+                if edge == high and not self.record.branches:
+                    raise
+                self.record.leave("start", edge, error)
+                continue
+            self.record.add(tracer, steps, None, 0)
+            window.meet(self._end(tracer, steps))
+        for steps in window.pieces():
+            self.record.add(tracer, steps, None, 0)
+        window.tell()
 
     def _steps(self, tracer: Tracer, orbit: Orbit, direction: float) -> list[Series]:
         steps = list(tracer.follow(orbit, direction, self.record.range))
@@ -179,7 +181,8 @@ class _Explorer:
         try:
             orbit, _ = tracer.solve(seed, fixed_rate)
         except ContinuationError as error:
-            self.record.leave("start", seed.omega, f"from a seed: {error}")
+            if not self.record.known:  # a level need not have what another one has
+                self.record.leave("start", seed.omega, f"from a seed: {error}")
             return
         if _is_shorter(orbit) or not self.record.is_new(orbit):
             return

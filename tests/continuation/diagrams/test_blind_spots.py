@@ -15,6 +15,7 @@ from nanorom.continuation import ModalSystem, explore, sweep
 from nanorom.errors import ContinuationError
 
 SAME = 1e-8
+ONE_HARMONIC = 0.05  # relative: what the others of these orbits amount to
 CLOSES = 1e-8  # of an orbit after a period of time integration
 FEIGENBAUM = 4.669201609  # limit of ratios of distances between period doublings
 ALREADY = 0.1  # relative: how near the limit the ratios of the last doublings are
@@ -110,3 +111,30 @@ def test_negative_damping_that_nothing_limits_is_refused() -> None:
     ModalSystem(damping=[-0.01, 0.01], stiffness=[1.0, 2.0], cubic_damping=limited)
     with pytest.raises(ContinuationError, match="cubic_damping"):
         ModalSystem(damping=[0.01, -0.01], stiffness=[1.0, 2.0], cubic_damping=limited)
+
+
+def duffing_states(omega: float, damping: float, force: float) -> list[float]:
+    """Amplitudes of q'' + c q' + q + q^3 = F cos(w t) by one harmonic, from its cubic equation."""
+    # a^2 ((1 - w^2 + 3/4 a^2)^2 + (c w)^2) = F^2
+    gap = 1 - omega**2
+    cubic = [9 / 16, 1.5 * gap, gap**2 + (damping * omega) ** 2, -(force**2)]
+    roots = np.roots(cubic)
+    return sorted(np.sqrt(roots.real[np.abs(roots.imag) < 1e-9]))
+
+
+@pytest.mark.parametrize("omega", [(1.2, 1.6), (1.1, 1.2), (1.5, 3.5), (1.3, 1.31)])
+def test_a_range_inside_a_bistable_region_shows_every_state_at_its_ends(omega) -> None:
+    system = ModalSystem(damping=[0.01], stiffness=[1.0], cubic=[[[[1.0]]]], direct=[1.0])
+    diagram = explore(system, omega, 0.03)
+    told = {round(left.omega, 6) for left in diagram.unexplored if left.kind == "window"}
+    for edge in omega:
+        expected = duffing_states(edge, 0.01, 0.03)
+        found = sorted(
+            branch.amplitude[end, 0]
+            for branch in diagram.branches
+            for end in (0, -1)
+            if abs(branch.omega[end] - edge) < 2e-3 * (omega[1] - omega[0])
+        )
+        assert len(found) == len(expected)
+        np.testing.assert_allclose(found, expected, rtol=ONE_HARMONIC)
+        assert (round(edge, 6) in told) == (len(expected) > 1)

@@ -1,0 +1,101 @@
+"""The base branch where a range of frequencies cuts it: pieces that leave the range and come back.
+
+A range that begins inside a bistable region shows, from rest, the low branch only; the others are
+connected to it outside. From every orbit at an end of the range the branch is followed outwards,
+past the resonances that may lean into the range, until it comes back or is far away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nanorom.continuation.branches.series import Series
+from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.diagrams.record import Record
+from nanorom.continuation.orbits.orbit import Orbit, same_orbit
+
+AT_END = 1e-9  # of the frequency at which a step leaves the range
+
+
+class Window:
+    """The orbits at the ends of a range, and where the base branch comes back into it."""
+
+    def __init__(self, record: Record, tracer: Tracer) -> None:
+        self.record, self.tracer = record, tracer
+        self.seen: list[Orbit] = []
+        self.rest: list[Orbit] = []  # of those, the ones reached from rest
+
+    def begin(self, orbit: Orbit) -> bool:
+        """Take note of an orbit reached from rest; whether it was not met before."""
+        new = self.meet(orbit)
+        self.rest += [other for other in self.seen if _same(other, orbit)]
+        return new
+
+    def meet(self, orbit: Orbit) -> bool:
+        """Take note of an orbit of a branch; whether it is at an end, and not met before."""
+        edges = np.array(self.record.range)
+        if np.abs(edges - orbit.omega).min() > AT_END * orbit.omega:
+            return False
+        if any(_same(other, orbit) for other in self.seen):
+            return False
+        self.seen.append(orbit)
+        return True
+
+    def pieces(self) -> Iterator[list[Series]]:
+        """Steps of the branch inside the range that begin where it comes back."""
+        low, high = self.record.range
+        waiting = list(self.seen)
+        while waiting:
+            orbit = waiting.pop(0)
+            back = self._return(orbit)
+            if back is None or not self.meet(back):
+                continue
+            inwards = 1.0 if back.omega < (low + high) / 2 else -1.0
+            steps = list(self.tracer.follow(back, inwards, (low, high)))
+            if not steps:
+                continue
+            end = self.tracer.orbit(steps[-1], steps[-1].length)
+            if self.meet(end):
+                waiting.append(end)
+            yield steps
+
+    def tell(self) -> None:
+        """Note the ends of the range with several orbits."""
+        for edge in self.record.range:
+            count = sum(abs(orbit.omega - edge) < AT_END * edge for orbit in self.seen)
+            if count > 1:
+                why = f"{count} orbits at this end of the range; what joins them lies outside"
+                self.record.leave("window", edge, why)
+
+    def _return(self, orbit: Orbit) -> Orbit | None:
+        """Where the branch that leaves the range at an orbit comes back."""
+        low, high = self.record.range
+        reach = self.record.settings.reach
+        falls = orbit.omega < (low + high) / 2
+        outside = (low / reach, low) if falls else (high, high * reach)
+        if orbit in self.rest and not self._may_lean(*outside, falls):
+            return None
+        end = None
+        for series in self.tracer.follow(orbit, -1.0 if falls else 1.0, outside):
+            end = self.tracer.orbit(series, series.length)
+        edge = low if falls else high
+        back = end is not None and abs(end.omega - edge) < AT_END * edge
+        return end if back and self.tracer.ending == "range" else None
+
+    def _may_lean(self, lowest: float, highest: float, hardening: bool) -> bool:
+        """Whether a resonance of a moving mode between two frequencies may lean into the range."""
+        moving = np.flatnonzero(self.tracer.support.table.any(axis=1))
+        system = self.tracer.system.restrict(moving)
+        frequencies = np.sqrt(np.abs(np.linalg.eigvals(system.stiffness)))
+        if not ((frequencies > lowest) & (frequencies < highest)).any():
+            return False
+        modes = np.arange(system.size)
+        own = system.cubic[modes, modes, modes, modes]
+        leans = (own > 0) if hardening else (own < 0)
+        return bool(system.quadratic.any() or leans.any())
+
+
+def _same(one: Orbit, two: Orbit) -> bool:
+    return abs(one.omega - two.omega) < AT_END * two.omega and same_orbit(one, two)
