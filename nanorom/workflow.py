@@ -40,11 +40,14 @@ def plan(scene: Scene | str | Path) -> str:
     """
     with finite_elements():
         from nanorom.fem.plan import Plan
-    found = Plan.of(Scene.of(scene))
-    rows = [("compute" if item.computed else "skip", item.what, item.why) for item in found.items()]
+        from nanorom.fem.routes.registry import route_of
+    scene = Scene.of(scene)
+    found, route = Plan.of(scene), route_of(scene)
+    items = route.items(found)
+    rows = [("compute" if item.computed else "skip", item.what, item.why) for item in items]
     width = max(len(what) for _, what, _ in rows)
     lines = [f"{verb:8}{what:{width + 2}}{why}".rstrip() for verb, what, why in rows]
-    return "\n".join([*lines, f"cost    {found.cost()}"])
+    return "\n".join([*lines, f"cost    {route.cost(found)}"])
 
 
 def reduce(

@@ -81,7 +81,7 @@ def plan(scene: Scene, kind: type[Plan] = Plan) -> Callable[[], tuple[np.ndarray
     def solve() -> tuple[np.ndarray, np.ndarray]:
         made = kind.of(scene)
         found = plates.solve(ALONE, made, scene.accuracy.tolerance, stopwatch.Stopwatch(None))
-        result = made.scales.frequency(found.modes.eigenvalues), found.cubic
+        result = made.scales.frequency(found.modes.eigenvalues), found.force.cubic
         compat.free_memory(MPI.COMM_SELF)
         return result
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from nanorom.exact import cases
 from nanorom.fem import stopwatch
-from nanorom.fem.routes import plate as plates
+from nanorom.fem.routes import methods
 
 FINE = 80_000  # deflection's degrees of freedom
 FINE_DEGREE = 4
@@ -132,7 +132,7 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     name = "direct / (one factorisation + 66 loads and back-substitutions)"
     yield Figure(name, direct / unit, "")
     clock.lap()
-    plates.tensors(case.scene.with_(method="step"), scales, modes, stopwatch.Stopwatch(None))
+    methods.tensors(case.scene.with_(method="step"), scales, modes, stopwatch.Stopwatch(None))
     step = clock.lap()
     unit = assembly + factorisation + 352 * (one_load + one_solve + one_reaction)
     yield Figure("STEP, 11 modes", step, "s")

@@ -35,7 +35,7 @@ class Scales:
             length = geometry.scale if isinstance(geometry, MeshFile) else geometry.length
         stretch = material.youngs_modulus * h
         stiffness = 0.0
-        if bending and scene.plate.model != "membrane":
+        if bending and scene.plate.bends is not False:
             stiffness = stretch * h**2 / (12 * (1 - material.poisson_ratio**2)) / length**2
         tension = max(abs(scene.tension.x), abs(scene.tension.y), stiffness)
         mass = material.density * h * length**2

@@ -15,6 +15,7 @@ from nanorom.fem.models.build import build_plate
 from nanorom.fem.modes import coupled
 from nanorom.fem.modes.eigen import UnstableError
 from nanorom.fem.plan import Plan
+from nanorom.fem.routes.registry import route_of
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics import loads, state
 from nanorom.fem.statics import path as loadpath
@@ -98,7 +99,7 @@ class LoadedFilm:
     """The static problem of a scene under growing shares of a load. Collective."""
 
     def __init__(self, scene: Scene, load: Load, quantity: str, comm: MPI.Comm) -> None:
-        if scene.plate.model in ("shell", "beam"):
+        if not route_of(scene).load_curves:
             raise SceneError(
                 f"plate.model: found {scene.plate.model}; allowed for a curve: "
                 "auto | membrane | plate"

@@ -40,7 +40,7 @@ class Film:
     @classmethod
     def of(cls, scene: Scene) -> Film:
         """The film of a scene."""
-        material, bends = scene.material, scene.plate.model != "membrane"
+        material, bends = scene.material, scene.plate.bends is not False
         return cls(
             scene.tension.x,
             scene.tension.y,

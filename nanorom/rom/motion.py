@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nanorom.continuation import PeriodicOrbit
 from nanorom.errors import ModelError
 from nanorom.rom.model import ReducedModel
 from nanorom.types import Array
+
+if TYPE_CHECKING:
+    from nanorom.continuation import PeriodicOrbit
 
 INSTANTS = 256  # per period: enough for the harmonics of any orbit that is drawn
 

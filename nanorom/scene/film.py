@@ -11,7 +11,8 @@ from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
 
-MODELS = ("auto", "membrane", "plate", "shell", "beam")
+# models of the film, and whether they have bending stiffness; None: where it makes a difference
+MODELS = {"auto": None, "membrane": False, "plate": True, "shell": True, "beam": True}
 
 
 def _shape_file(value: Any) -> Path | None:
@@ -41,7 +42,7 @@ class Plate:
         default="auto",
         metadata=v.choice(
             "plate.model",
-            MODELS,
+            tuple(MODELS),
             about="without bending, Kirchhoff's, of any rotations, or in one dimension; "
             "auto takes one of the first two",
         ),
@@ -56,6 +57,11 @@ class Plate:
             about="table of x, y and height z in m of a film that is not flat",
         ),
     )
+
+    @property
+    def bends(self) -> bool | None:
+        """With bending stiffness or without; None: where it makes a difference."""
+        return MODELS[self.model]
 
 
 @attrs.frozen(field_transformer=v.readers)

@@ -16,7 +16,8 @@ from nanorom.fem.models.operators import ClassStiffness, free_deflections
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.output.model import modal_products
 from nanorom.fem.plan import Plan
-from nanorom.fem.routes.plate import Solution, solve, viscous
+from nanorom.fem.routes.methods import viscous
+from nanorom.fem.routes.plate import Solution, solve
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.solvers.groups import alone
@@ -143,9 +144,9 @@ def _modal(scene: Scene, scales: Scales, solution: Solution) -> dict[str, Array]
     products = modal_products(solution.modes)
     found = {
         "mass": scales.mass * products.mass,
-        "stiffness": scales.tension * (products.stiffness + solution.stretching),
-        "quadratic": solution.quadratic,
-        "cubic": solution.cubic,
+        "stiffness": scales.tension * (products.stiffness + solution.force.stretching),
+        "quadratic": solution.force.quadratic,
+        "cubic": solution.force.cubic,
         "slope": products.slope,
     }
     return found | viscous(scene, scales, solution.modes, products)

@@ -1,8 +1,10 @@
-"""Newton's method for a film's orbit, its corrections by flexible GMRES.
+"""Newton's method for a film's orbit, its corrections by preconditioned conjugate residuals.
 
-Each step: residual and state along the orbit; a preconditioner about them; a correction by GMRES
-(Saad 1993, doi:10.1137/0914028) in the norm of the static work, solved the better the closer the
-orbit is; half the correction, and half again, where the residual would grow.
+Each step: residual and state along the orbit; a preconditioner about them; a correction by
+generalised conjugate residuals (Eisenstat, Elman, Schultz 1983, doi:10.1137/0720023) in the norm of
+the static work, solved the better the closer the orbit is; half the correction, and half again,
+where the residual would grow.  Near the orbit the Jacobian hardly changes: the directions of one
+step serve the next (Parks et al. 2006, doi:10.1137/040607277).
 """
 
 from __future__ import annotations
@@ -18,12 +20,14 @@ from nanorom.verification.preconditioner import Border, Model, Preconditioner
 SOLVED = 1e-8  # residual by the drive at which an orbit is one
 ACCEPTED = 1e-6  # residual that will do where rounding lets it fall no further
 MOST_STEPS = 10
-SLOW, MOST_SLOW = 0.3, 3  # share of the residual that a slow step leaves; so many end the search
+SLOW, MOST_SLOW = 0.5, 3  # share of the residual that a slow step leaves; so many end the search
 MOST_HALVINGS = 4
 FORCING = 1e-2, 1e-3  # of the residual that the first, and a later correction may leave
 SAFE = 0.3  # of what is still wanted, that a last correction leaves
-MOST_DIRECTIONS = 60  # of GMRES, far more than a good start takes
-ESTIMATED = 4  # directions of GMRES for an estimate
+MOST_DIRECTIONS = 60  # of a step, far more than a good start takes
+MOST_KEPT = 180  # directions in all
+NEAR = 0.1  # residual by the drive below which directions serve the next step
+ESTIMATED = 4  # directions for an estimate
 GROWTH = 1e3  # of the residual: beyond that nothing is near
 
 
@@ -56,12 +60,12 @@ class FirstCorrection:
 def first_correction(model: Model, x: Array, rate: float, border: Border) -> FirstCorrection:
     """What coefficients (n, 2H + 1) and a rate are wrong by, at the cost of a few forces.
 
-    Modes outside answer to the first direction of GMRES, the model to them in the second.
+    Modes outside answer in the first direction, the model to them in the second.
     """
     equations = model.equations
     residual, state = equations.residual(x, rate)
     size = equations.norm(residual) / equations.driving(x)
-    system = _Linear(model, x, rate, state, border)
+    system = _Linear(model, x, rate, state, border, [])
     change, by_rate, _ = system.solve(-residual, 0.0, ESTIMATED)
     return FirstCorrection(size, change, by_rate)
 
@@ -81,10 +85,12 @@ def correct(
     residual, state = equations.residual(x, rate)
     size = equations.norm(residual) / equations.driving(x)
     start, evaluations, slow = size, 1, 0
+    directions: list[Direction] = []
     for step in range(MOST_STEPS):
         if size <= tolerance:
             return Corrected(x, rate, size, evaluations, step)
-        system = _Linear(model, x, rate, state, border)
+        directions = directions if size < NEAR else []
+        system = _Linear(model, x, rate, state, border, directions)
         asked = max(FORCING[min(step, 1)], SAFE * tolerance / size)
         change, by_rate, used = system.solve(-residual, asked)
         evaluations += used
@@ -113,10 +119,19 @@ def correct(
 
 
 class _Linear:
-    """The bordered linear system of one step."""
+    """The bordered linear system of one step, and directions that are known from steps before."""
 
-    def __init__(self, model: Model, x: Array, rate: float, state: State, border: Border) -> None:
+    def __init__(
+        self,
+        model: Model,
+        x: Array,
+        rate: float,
+        state: State,
+        border: Border,
+        directions: list[Direction],
+    ) -> None:
         self.model, self.rate, self.state, self.border = model, rate, state, border
+        self.directions = directions
         self.preconditioner = Preconditioner(model, x, rate, state, border)
 
     def apply(self, change: Array, by_rate: float) -> tuple[Array, float]:
@@ -134,34 +149,57 @@ class _Linear:
         self, forces: Array, tolerance: float, most: int = MOST_DIRECTIONS
     ) -> tuple[Array, float, int]:
         """Change of coefficients and rate to a relative tolerance, and evaluations taken."""
-        equations = self.model.equations
-        flexible = equations.flexibility(forces)
-        beta = np.sqrt(np.vdot(forces, flexible))
-        basis = [(forces / beta, 0.0)]
-        duals = [(flexible / beta, 0.0)]
-        changes: list[tuple[Array, float]] = []
-        matrix = np.zeros((most + 1, most))
-        target = np.zeros(most + 1)
-        target[0] = beta
-        for j in range(most):
-            changes.append(self.preconditioner(*basis[j]))
-            force, last = self.apply(*changes[j])
-            for _ in range(2):  # once more, for what rounding left
-                for i, (dual, dual_last) in enumerate(duals):
-                    share = float(np.vdot(dual, force)) + dual_last * last
-                    matrix[i, j] += share
-                    force = force - share * basis[i][0]
-                    last -= share * basis[i][1]
-            flexible = equations.flexibility(force)
-            length = float(np.sqrt(np.maximum(float(np.vdot(force, flexible)), 0.0) + last**2))
-            matrix[j + 1, j] = length
-            part = matrix[: j + 2, : j + 1]
-            weights = np.linalg.lstsq(part, target[: j + 2], rcond=None)[0]
-            left = float(np.linalg.norm(part @ weights - target[: j + 2]))
-            if left <= tolerance * beta or length <= np.finfo(float).eps * beta:
+        equations, known = self.model.equations, self.directions
+        left, last = forces, 0.0
+        change, by_rate = np.zeros_like(forces), 0.0
+        size = wanted = equations.norm(forces)
+        for one in known:
+            share = one.share(left, last)
+            left, last = left - share * one.force, last - share * one.last
+            change, by_rate = change + share * one.change, by_rate + share * one.by_rate
+        count = len(known)
+        while len(known) < count + most:
+            one = self._direction(*self.preconditioner(left, last))
+            known.append(one)
+            share = one.share(left, last)
+            left, last = left - share * one.force, last - share * one.last
+            change, by_rate = change + share * one.change, by_rate + share * one.by_rate
+            size = float(np.hypot(equations.norm(left), last))
+            if size <= tolerance * wanted:
                 break
-            basis.append((force / length, last / length))
-            duals.append((flexible / length, last / length))
-        change = sum((w * c for w, (c, _) in zip(weights, changes)), np.zeros_like(forces))
-        by_rate = float(sum(w * r for w, (_, r) in zip(weights, changes)))
-        return change, by_rate, len(changes)
+        used = len(known) - count
+        del known[:-MOST_KEPT]
+        return change, by_rate, used
+
+    def _direction(self, change: Array, by_rate: float) -> Direction:
+        """A change and what the Jacobian makes of it, of unit norm, orthogonal to all others."""
+        force, last = self.apply(change, by_rate)
+        for _ in range(2):  # once more, for what rounding left
+            for one in self.directions:
+                share = one.share(force, last)
+                force, last = force - share * one.force, last - share * one.last
+                change, by_rate = change - share * one.change, by_rate - share * one.by_rate
+        dual = self.model.equations.flexibility(force)
+        length = float(np.sqrt(np.maximum(float(np.vdot(force, dual)), 0.0) + last**2))
+        length = length or 1.0
+        return Direction(
+            change / length, by_rate / length, force / length, last / length, dual / length
+        )
+
+
+@attrs.frozen(eq=False)
+class Direction:
+    """A change of coefficients and rate, the force and the last equation that it makes.
+
+    dual : static deflection under the force, with which others are multiplied by it.
+    """
+
+    change: Array
+    by_rate: float
+    force: Array
+    last: float
+    dual: Array
+
+    def share(self, force: Array, last: float) -> float:
+        """How much of a right-hand side the direction has."""
+        return float(np.vdot(self.dual, force)) + self.last * last

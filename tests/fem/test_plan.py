@@ -11,6 +11,7 @@ from ffcx.codegeneration import jit
 from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.fem.plan import Plan
 from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.routes.registry import route_of
 from nanorom.fem.solvers import compat
 from nanorom.fem.tensors.cases import load_cases
 from nanorom.fem.tensors.loaded_cases import StaticCases
@@ -139,16 +140,17 @@ def test_tension_across_a_free_edge_relaxes():
     ],
 )
 def test_ranks_form_groups_where_classes_are_shared_and_meshes_fit(scene, ranks, memory, groups):
-    assert Plan.of(scene).groups(ranks, memory) == groups
+    assert route_of(scene).groups(Plan.of(scene), ranks, memory) == groups
 
 
 def test_plan_says_what_is_skipped_and_why():
-    items = {item.what: item for item in Plan.of(paper_drum()).items()}
+    route, plan = route_of(paper_drum()), Plan.of(paper_drum())
+    items = {item.what: item for item in route.items(plan)}
     assert items["bending"].computed
     assert not items["quadratic tensor"].computed
     assert not items["three quarters of the film"].computed
     assert all(item.why for item in items.values() if not item.computed)
-    assert "degrees of freedom" in Plan.of(paper_drum()).cost()
+    assert "degrees of freedom" in route.cost(plan)
 
 
 def test_new_parameters_compile_no_form(monkeypatch):
@@ -183,4 +185,4 @@ def test_no_more_load_cases_are_solved_than_planned(changes):
     by_hand = Accuracy(degree=4, mesh_size=2e-6)
     scene = attrs.evolve(rectangle(accuracy=by_hand, **changes), reduction=Reduction("step"))
     solved = reduce_scene(scene).diagnostics["load_cases"]
-    assert 0 < solved <= Plan.of(scene).load_cases[0]
+    assert 0 < solved <= route_of(scene).load_cases(Plan.of(scene))[0]

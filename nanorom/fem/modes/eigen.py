@@ -235,25 +235,8 @@ def lowest(
 
     ``force``: what k does, to more digits than its entries have.
     """
-    solver = SLEPc.EPS().create(k.comm)
-    solver.setOptionsPrefix("nanorom_modes_")
-    solver.setOperators(k, m)
-    solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    # vectors enough that most problems converge without a restart
-    solver.setDimensions(count, min(2 * count + 14, k.getSize()[0]))
-    solver.setTarget(0.0)
-    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-    solver.setTolerances(EIGEN_TOLERANCE)
+    solver = _shift_and_invert(k, m, count)
     transform = solver.getST()
-    transform.setType("sinvert")
-    transform.setShift(0.0)
-    algebra.use_cholesky(transform.getKSP())
-    # the same start on any number of ranks and in every run
-    start = m.createVecRight()
-    start.set(1.0)
-    solver.setInitialSpace([start])
-    solver.setPurify(False)  # done below, for all vectors at once
-    solver.setFromOptions()
     try:
         solver.setUp()
         negative = algebra.negative_pivots(transform.getKSP())
@@ -275,21 +258,8 @@ def lowest(
     for i in range(count):
         values[i] = solver.getEigenpair(i, vector).real
         vectors[:, i] = vector.array
-    # one step of inverse iteration for all: it clears what a singular mass leaves in the vectors
     factors = algebra.Factors(k, transform.getKSP())
-    vectors = values * factors.solve_once(algebra.multiply(m, vectors))
-    # in the norm in which the problem is well scaled: |lambda K^-1 M x - x| / |x|; a trace of
-    # the first mode, soft near buckling, counts lambda / lambda_1 times in it
-    images = factors.solve_once(algebra.multiply(m, vectors))
-    squares = [np.sum(a**2, axis=0) for a in (values * images - vectors, vectors)]
-    residual, size = np.sqrt(k.comm.tompi4py().allreduce(np.array(squares)))
-    residual *= np.minimum(values.min() / values, 1.0) / size
-    worst = int(np.argmax(residual))
-    if not residual[worst] < EIGEN_ACCEPTED:
-        raise SolverError(
-            f"mode {worst + 1} has a relative residual of {residual[worst]:.1e}, more than "
-            f"{EIGEN_ACCEPTED:.0e}; refine the mesh or check the tension"
-        )
+    vectors = _confirmed(factors, m, values, vectors)
     order = np.argsort(values)
     values, vectors = values[order], vectors[:, order]
     if force is not None:
@@ -304,3 +274,50 @@ def lowest(
             )
     solver.reset()  # large: not left to what frees objects at its own time
     return values, vectors
+
+
+def _shift_and_invert(k: PETSc.Mat, m: PETSc.Mat, count: int) -> SLEPc.EPS:
+    """Solver for the lowest eigenvalues, the same on any number of ranks and in every run."""
+    solver = SLEPc.EPS().create(k.comm)
+    solver.setOptionsPrefix("nanorom_modes_")
+    solver.setOperators(k, m)
+    solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+    # vectors enough that most problems converge without a restart
+    solver.setDimensions(count, min(2 * count + 14, k.getSize()[0]))
+    solver.setTarget(0.0)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    solver.setTolerances(EIGEN_TOLERANCE)
+    transform = solver.getST()
+    transform.setType("sinvert")
+    transform.setShift(0.0)
+    algebra.use_cholesky(transform.getKSP())
+    start = m.createVecRight()
+    start.set(1.0)
+    solver.setInitialSpace([start])
+    solver.setPurify(False)  # done below, for all vectors at once
+    solver.setFromOptions()
+    return solver
+
+
+def _confirmed(
+    factors: algebra.Factors, m: PETSc.Mat, values: np.ndarray, vectors: np.ndarray
+) -> np.ndarray:
+    """Vectors (owned rows, n) after a step of inverse iteration, and their residuals checked.
+
+    Raises SolverError if one is no eigenvector.  Collective.
+    """
+    # one step of inverse iteration for all: it clears what a singular mass leaves in the vectors
+    vectors = values * factors.solve_once(algebra.multiply(m, vectors))
+    # in the norm in which the problem is well scaled: |lambda K^-1 M x - x| / |x|; a trace of
+    # the first mode, soft near buckling, counts lambda / lambda_1 times in it
+    images = factors.solve_once(algebra.multiply(m, vectors))
+    squares = [np.sum(a**2, axis=0) for a in (values * images - vectors, vectors)]
+    residual, size = np.sqrt(m.comm.tompi4py().allreduce(np.array(squares)))
+    residual *= np.minimum(values.min() / values, 1.0) / size
+    worst = int(np.argmax(residual))
+    if not residual[worst] < EIGEN_ACCEPTED:
+        raise SolverError(
+            f"mode {worst + 1} has a relative residual of {residual[worst]:.1e}, more than "
+            f"{EIGEN_ACCEPTED:.0e}; refine the mesh or check the tension"
+        )
+    return vectors

@@ -2,11 +2,73 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import attrs
 import numpy as np
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.solvers import compat
+from nanorom.rom.model import ReducedModel
+from nanorom.rom.patterns import unaimed
+from nanorom.rom.shapes import Shapes
+from nanorom.scene.scene import Scene
+
+
+@attrs.frozen(eq=False, kw_only=True)
+class Parts:
+    """What a route makes of a scene, in SI units; L modes.
+
+    frequency (L,) Hz; mass (L,) kg; label: L names; stiffness (L, L) N/m; quadratic (L, L, L)
+    N/m^2; cubic and outside_cubic (L, L, L, L) N/m^3; area (L,) m^2, int phi dA; slope (L, L),
+    int grad phi . grad phi dA; aimed: further direct patterns (L,) by name; viscous: parts of the
+    force that a viscous material damps, by their names in the model; method: of the tensors.
+    """
+
+    frequency: np.ndarray
+    mass: np.ndarray
+    label: list[str]
+    stiffness: np.ndarray
+    quadratic: np.ndarray
+    cubic: np.ndarray
+    area: np.ndarray
+    slope: np.ndarray
+    shapes: Shapes
+    method: str
+    diagnostics: dict[str, Any]
+    in_plane: str = "free"
+    outside_cubic: np.ndarray | None = None
+    aimed: dict[str, np.ndarray] = attrs.field(factory=dict)
+    static: dict[str, np.ndarray] = attrs.field(factory=dict)
+    viscous: dict[str, np.ndarray] = attrs.field(factory=dict)
+
+
+def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
+    """The reduced model of a scene, with its damping; ``told`` is added to its diagnostics."""
+    direct, parametric = unaimed(parts.area, parts.slope)
+    model = ReducedModel(
+        frequency=parts.frequency,
+        mass=parts.mass,
+        label=tuple(parts.label),
+        number=np.array(scene.modes.numbers),
+        stiffness=parts.stiffness,
+        damping=np.zeros_like(parts.stiffness),
+        quadratic=parts.quadratic,
+        cubic=parts.cubic,
+        outside_cubic=parts.outside_cubic,
+        drive=direct | parts.aimed,
+        parametric=parametric,
+        shapes=parts.shapes,
+        static=parts.static,
+        diagnostics=parts.diagnostics | told,
+        scene=scene.to_toml(),
+        method=parts.method,
+        in_plane=parts.in_plane,
+        versions=compat.versions(),
+        **parts.viscous,
+    )
+    return model if scene.damping is None else model.with_damping(scene.damping)
 
 
 @attrs.frozen

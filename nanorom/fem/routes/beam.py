@@ -6,23 +6,99 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanorom.errors import SceneError
+from nanorom.fem import plan_text
 from nanorom.fem.models import inertia
 from nanorom.fem.models.beam import Beam, BeamModes, modes
-from nanorom.rom.model import ReducedModel
-from nanorom.rom.patterns import unaimed
+from nanorom.fem.output.model import Parts
+from nanorom.fem.plan import Plan
+from nanorom.fem.plan_text import Item
+from nanorom.fem.routes.route import Route
+from nanorom.fem.solvers.groups import Team
+from nanorom.fem.stopwatch import Stopwatch
+from nanorom.files.partial import Journal
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import String
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, Spring
 
 
-def reduce_beam(scene: Scene) -> ReducedModel:
-    """Reduced model of a string's scene in one dimension; raises SceneError where that is too few.
+class BeamRoute(Route):
+    """Strings and narrow beams in one dimension.
 
-    The film is narrow: it is free to contract across, so E (not E/(1 - nu^2)) counts.
+    The film is free to contract across, so E (not E/(1 - nu^2)) counts.
     """
-    geometry = _string(scene)
-    material, h = scene.material, scene.plate.thickness
+
+    def check(self, scene: Scene) -> None:
+        """Raise SceneError unless one dimension is enough for the scene."""
+        if not isinstance(scene.geometry, String):
+            raise SceneError(
+                f"plate.model: found beam for a {scene.geometry.shape}; allowed: for a string only"
+            )
+        held = scene.supports
+        for side, free in (("left", False), ("right", False), ("bottom", True), ("top", True)):
+            if (held[side] == "free") != free:
+                raise SceneError(
+                    f"support.{side}: found {held[side]}; allowed for a beam: its ends held, its "
+                    "long sides free"
+                )
+        if scene.load is not None:
+            raise SceneError("load: found beside plate.model = beam; allowed: plate or membrane")
+
+    def method(self, scene: Scene) -> str:
+        """The axial force is uniform: it is condensed exactly."""
+        return "direct"
+
+    def load_cases(self, plan: Plan) -> tuple[int, int]:
+        """None: a uniform axial force is an integral."""
+        return 0, 0
+
+    def items(self, plan: Plan) -> list[Item]:
+        """Modes and tensors."""
+        ends = Item("pre-stress", False, "the ends keep the tension as it is")
+        return [
+            ends,
+            plan_text.bending_item(plan),
+            plan_text.modes_item(plan),
+            *plan_text.tensor_items(plan, "direct", (0, 0), flat=True),
+        ]
+
+    def cost(self, plan: Plan) -> str:
+        """Next to nothing."""
+        return "polynomials in one dimension: no mesh, less than a second"
+
+    def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:
+        """Modes in one dimension, converged in the degree of their polynomials."""
+        scene = plan.scene
+        beam, width = beam_of(scene)
+        found = modes(beam, scene.modes.highest)
+        index = np.array(scene.modes.numbers) - 1
+        axial = beam.axial_frequency
+        inertia.check(axial, found.frequency[index[-1]])
+        pick = np.ix_(index, index)
+        return Parts(
+            frequency=found.frequency[index],
+            mass=found.mass[index],
+            label=[f"({n + 1},0)" for n in index],
+            stiffness=found.stiffness[pick],
+            quadratic=np.zeros((len(index),) * 3),
+            cubic=found.cubic[np.ix_(index, index, index, index)],
+            area=width * found.area[index],
+            slope=width * found.slope[pick],
+            shapes=_strip(found, index, width),
+            method=self.method(scene),
+            diagnostics={
+                "asymmetry": 0.0,
+                "error_frequency": found.error[0],
+                "error_tensor": found.error[1],
+                "in_plane_frequency": axial,
+            },
+        )
+
+
+def beam_of(scene: Scene) -> tuple[Beam, float]:
+    """The beam of a string's scene in SI units, and its width."""
+    geometry, material, h = scene.geometry, scene.material, scene.plate.thickness
+    assert isinstance(geometry, String)
     length, width = geometry.length, geometry.width
     area = width * h
     held = scene.supports
@@ -34,39 +110,7 @@ def reduce_beam(scene: Scene) -> ReducedModel:
         material.density * area,
         (_end(held["left"], width), _end(held["right"], width)),
     )
-    found = modes(beam, scene.modes.highest)
-    index = np.array(scene.modes.numbers) - 1
-    axial = beam.axial_frequency
-    inertia.check(axial, found.frequency[index[-1]])
-    pick = np.ix_(index, index)
-    frequency, mass = found.frequency[index], found.mass[index]
-    damping = np.zeros((len(index),) * 2)
-    if scene.damping is not None:
-        quality = np.array(scene.damping.per_mode(len(index)))
-        damping = np.diag(2 * np.pi * frequency * mass / quality)
-    direct, parametric = unaimed(width * found.area[index], width * found.slope[pick])
-    return ReducedModel(
-        frequency=frequency,
-        mass=mass,
-        label=tuple(f"({n + 1},0)" for n in index),
-        number=index + 1,
-        stiffness=found.stiffness[pick],
-        damping=damping,
-        quadratic=np.zeros((len(index),) * 3),
-        cubic=found.cubic[np.ix_(index, index, index, index)],
-        drive=direct,
-        parametric=parametric,
-        shapes=_strip(found, index, width),
-        diagnostics={
-            "asymmetry": 0.0,
-            "error_frequency": found.error[0],
-            "error_tensor": found.error[1],
-            "in_plane_frequency": axial,
-        },
-        scene=scene.to_toml(),
-        method="direct",
-        in_plane="free",
-    )
+    return beam, width
 
 
 def _end(kind: Kind, width: float) -> Kind:
@@ -74,24 +118,6 @@ def _end(kind: Kind, width: float) -> Kind:
     if not isinstance(kind, Spring):
         return kind
     return Spring(None if kind.spring is None else kind.spring * width, kind.rotational * width)
-
-
-def _string(scene: Scene) -> String:
-    """The scene's string; raises SceneError unless one dimension is enough for it."""
-    if not isinstance(scene.geometry, String):
-        raise SceneError(
-            f"plate.model: found beam for a {scene.geometry.shape}; allowed: for a string only"
-        )
-    held = scene.supports
-    for side, free in (("left", False), ("right", False), ("bottom", True), ("top", True)):
-        if (held[side] == "free") != free:
-            raise SceneError(
-                f"support.{side}: found {held[side]}; allowed for a beam: its ends held, its long "
-                "sides free"
-            )
-    if scene.load is not None:
-        raise SceneError("load: found beside plate.model = beam; allowed: plate or membrane")
-    return scene.geometry
 
 
 def _strip(found: BeamModes, index: NDArray[np.int64], width: float) -> Shapes:

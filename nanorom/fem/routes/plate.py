@@ -3,65 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import comb
 from typing import Any
 
 import attrs
 import numpy as np
 
-from nanorom.errors import SceneError, SolverError
+from nanorom.errors import SolverError
+from nanorom.fem import plan_text
 from nanorom.fem.fields import places
 from nanorom.fem.mesh import discretisation
-from nanorom.fem.models import layer
+from nanorom.fem.models import inertia, layer
 from nanorom.fem.models.build import build_plate, pulls_at_free_edge
+from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy, buckling, coupled, eigen
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.modes.normal import normalise_film
-from nanorom.fem.output import drawing
-from nanorom.fem.output.model import ModalProducts
+from nanorom.fem.output import drawing, patterns
+from nanorom.fem.output.model import Parts, modal_products
 from nanorom.fem.plan import Plan
+from nanorom.fem.plan_text import Item
+from nanorom.fem.routes.methods import Force, force_of, viscous
+from nanorom.fem.routes.route import Route, step_cases
+from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
 from nanorom.fem.scales import Scales
+from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
-from nanorom.fem.tensors import direct as condensation
-from nanorom.fem.tensors import loaded, selection
-from nanorom.fem.tensors import step as stiffness_evaluation
-from nanorom.fem.tensors.flat_cases import FlatCases
-from nanorom.fem.tensors.inplane import InPlane
-from nanorom.fem.tensors.loaded_cases import static_cases
-from nanorom.fem.tensors.tangent import tangent
+from nanorom.fem.symmetry import is_of_revolution
 from nanorom.files.partial import Journal
+from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
-from nanorom.scene.scene import Scene
 
 THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
+REFINEMENT = Refinement(most=5, finer=0.3, told="estimated error")
+# measured on drums, one core of 2020: s, and s per degree of freedom, also per pair of modes and
+# per load case
+SECONDS_FIXED, SECONDS_PER_DOF = 0.03, 1.3e-4
+SECONDS_PER_PAIR, SECONDS_PER_CASE = 7e-7, 1.8e-6
+BYTES_PER_DOF = 3e3  # per degree of the deflection: peak of a group with factors, rounded up
+SHARE = 0.5  # of the free memory that a default may fill
 COUPLED = 1e-3  # of the stiffness of two modes; near ones that are told apart have up to 5e-4
-
-
-def viscous(
-    scene: Scene, scales: Scales, modes: Modes, products: ModalProducts
-) -> dict[str, np.ndarray]:
-    """Parts of the force that a viscoelastic material damps, if the scene has one. Collective.
-
-    bending: (L, L) in N/m; stretching: (L, L, L, L) in N/m^3, force on mode r from the slope of
-    mode l and the stress of the pair jk.
-    """
-    if scene.damping is None or scene.damping.material_time == 0:
-        return {}
-    plate = modes.plate
-    if plate.shape is not None or plate.attraction is not None:
-        raise SceneError("damping.material_time: only for a film that its load leaves flat")
-    if plate.springs:
-        raise SceneError("damping.material_time: only for rigid supports; found springs")
-    tension = float(plate.tension_x.value), float(plate.tension_y.value)
-    bending = products.stiffness - np.einsum("d,drs->rs", tension, products.slopes)
-    in_plane, unit = scene.reduction.in_plane, float(plate.membrane_stiffness.value)
-    pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
-    return {
-        "bending": scales.tension * bending * (scales.bending > 0),
-        "stretching": 0.5 * scales.cubic / unit * pairs.transpose(0, 2, 3, 1),
-    }
 
 
 def check_uncoupled(stiffness: np.ndarray, names: Sequence[str]) -> None:
@@ -80,25 +64,30 @@ def check_uncoupled(stiffness: np.ndarray, names: Sequence[str]) -> None:
 
 @attrs.frozen(eq=False)
 class Solution:
-    """Modes that take part, their names, tensors in SI units, and what is known of the errors.
+    """Modes that take part, their names, their force, and what is known of the errors.
 
-    stretching: what it adds to the modes' stiffness, scaled; static: the state they are about;
-    outside: what everything outside the modes adds to the cubic tensor, if anything.
+    static: the state they are about.
     """
 
     modes: Modes
     names: list[str]
     static: state.StaticState
-    stretching: np.ndarray
-    quadratic: np.ndarray
-    cubic: np.ndarray
+    force: Force
     diagnostics: dict[str, Any]
-    outside: np.ndarray | None = None
 
     @property
     def error(self) -> float:
         """Largest estimated error of a frequency or of the tensor."""
         return max(self.diagnostics["error_frequency"], self.diagnostics["error_tensor"])
+
+    @property
+    def rounding(self) -> float:
+        """The part of it that no mesh makes smaller."""
+        return float(self.diagnostics["error_rounding"])
+
+    def discard(self, team: Team) -> None:
+        """Free what is not referred to any more of the films before this one. Collective."""
+        compat.free_memory(team.within, self.modes.mass.comm.tompi4py())
 
 
 def solve(
@@ -109,23 +98,9 @@ def solve(
     journal: Journal | None = None,
 ) -> Solution:
     """Modes and tensors on one mesh, with estimates of their errors. Collective."""
-    scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
-    if not scene.flat:
-        # a static load case of STEP mixes modes of every parity: it needs the whole film
-        chosen = attrs.evolve(chosen, whole=not plan.cut.axes)
-    with watch.stage("mesh"):
-        plate = build_plate(team.within, scene, scales, chosen, team.across)
+    scene, scales = plan.scene, plan.scales
     units = state.Units.of(scene, scales.length, scales.tension)
-    static, width = state.StaticState(plate), plan.layer
-    if not scene.flat or pulls_at_free_edge(plate):
-        with watch.stage("static state"):
-            static = state.solve(scene, units, plate)
-            width = float(np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending)))
-            if 0 < width < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
-                finer = discretisation.choose(scene, scales.length, width, aim)
-                finer = attrs.evolve(finer, whole=chosen.whole)
-                plate = build_plate(team.within, scene, scales, finer, team.across)
-                static = state.solve(scene, units, plate)
+    static, width = static_state(team, plan, aim, units, watch)
     plate = static.plate
     unseen = layer.unseen(plate, width, scales.length, scene.accuracy.tolerance)
     with watch.stage("modes"):
@@ -138,117 +113,74 @@ def solve(
         stiffening = accuracy.stiffening_of(plate, static.tension)
         modes, errors = normalise_film(modes.take(selected), stiffening)
     with watch.stage("tensors"):
-        outside = None
-        stretching = np.zeros((len(selected),) * 2)
-        if plate.shape is None and plate.attraction is None:
-            quadratic, cubic, in_plane, diagnostics = tensors(scene, scales, modes, watch, journal)
-        else:
-            found = loaded.tensors(modes, outside=scene.reduction.outside == "static")
-            quadratic, cubic, diagnostics = loaded_tensors(
-                scene, scales, units, modes, found, watch, journal
-            )
-            stretching, in_plane = found.stretching, found.in_plane
-            if found.outside is not None:
-                outside = scales.cubic * found.outside.cubic * selection.permitted(modes, 4)
-                slowest = scales.frequency(np.array(found.outside.eigenvalue))
-                diagnostics["outside_frequency"] = float(slowest)
-        quadratic *= selection.permitted(modes, 3)
-        cubic *= selection.permitted(modes, 4)
+        force = force_of(scene, scales, units, modes, watch, journal)
     with watch.stage("errors"):
-        if static.deflection is not None:
-            diagnostics["error_state"] = accuracy.of_state(
-                plate, static.deflection, stiffening, in_plane.error
-            )
-        frequency = errors.frequency
-        if static.relaxed is not None:
-            frequency = frequency + accuracy.of_relaxation(
-                modes, static.relaxed, in_plane.energies
-            )
-        diagnostics |= {
-            "error_frequency": float(frequency.max())
-            + diagnostics.get("error_state", 0.0)
-            + unseen,
-            "error_frequencies": frequency,
-            # what changes stiffness changes shapes too
-            "error_tensor": accuracy.of_tensor(cubic, errors, in_plane.error)
-            + float((frequency - errors.frequency).max())
-            + diagnostics.get("error_state", 0.0)
-            + unseen,
-            "error_rounding": float(errors.rounding.max()),
-        }
-        if np.isfinite(in_plane.eigenvalue):
-            diagnostics["in_plane_frequency"] = scales.in_plane_frequency(in_plane.eigenvalue)
-        diagnostics |= plate.solvers.told(team.across)
-        diagnostics = team.across.bcast(diagnostics)  # all groups decide alike
-    named = [names[i] for i in selected]
-    return Solution(modes, named, static, stretching, quadratic, cubic, diagnostics, outside)
+        told = force.diagnostics | error_estimates(static, modes, errors, force, stiffening, unseen)
+        if np.isfinite(force.in_plane.eigenvalue):
+            eigenvalue = force.in_plane.eigenvalue
+            told["in_plane_frequency"] = scales.in_plane_frequency(eigenvalue)
+        told |= plate.solvers.told(team.across)
+        told = team.across.bcast(told)  # all groups decide alike
+    return Solution(modes, [names[i] for i in selected], static, force, told)
 
 
-def tensors(
-    scene: Scene,
-    scales: Scales,
+def error_estimates(
+    static: state.StaticState,
     modes: Modes,
-    watch: Stopwatch,
-    journal: Journal | None = None,
-) -> tuple[np.ndarray, np.ndarray, InPlane, dict[str, Any]]:
-    """Quadratic (N/m^2) and cubic (N/m^3) tensors by the route that the scene asks for.
+    errors: accuracy.ModeErrors,
+    force: Force,
+    stiffening: float,
+    unseen: float,
+) -> dict[str, Any]:
+    """Estimated relative errors of frequencies and of the cubic tensor, by name. Collective.
 
-    Also what is known of the in-plane displacements and what the route tells of itself. Collective.
+    errors: of the modes; stiffening: of the state, see `accuracy.stiffening_of`; unseen: effect of
+    an edge layer that the mesh does not see.
     """
-    plate, count = modes.plate, modes.shapes.shape[1]
-    in_plane = scene.reduction.in_plane
-    if scene.reduction.method == "direct":
-        cubic, known = condensation.cubic_tensor(modes, in_plane)
-        return np.zeros((count,) * 3), scales.cubic * cubic, known, {"asymmetry": 0.0}
-    amplitude = scene.reduction.amplitude or scene.plate.thickness
-    # with deflections in units of the amplitude, stretching is measured against the tension
-    strength = scales.cubic * amplitude**2 / scales.tension
-    plate.membrane_stiffness.value = strength
-    if scene.reduction.method == "tangent":
-        result = tangent(FlatCases(modes, in_plane), 1.0)
-    else:
-        result = stiffness_evaluation.step(
-            static_cases(modes, in_plane),
-            1.0,
-            selection.permitted(modes, 4),
-            progress=lambda i, n: watch.tell("load cases", i, n),
-            journal=journal,
+    found: dict[str, Any] = {}
+    frequency, of_state = errors.frequency, 0.0
+    if static.deflection is not None:
+        of_state = accuracy.of_state(
+            static.plate, static.deflection, stiffening, force.in_plane.error
         )
-    stiffness_evaluation.check_potential(result)
-    quadratic = scales.tension / amplitude * result.quadratic
-    cubic = scales.cubic / strength * result.cubic
-    found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases, "amplitude": amplitude}
-    return quadratic, cubic, result.in_plane, found
+        found["error_state"] = of_state
+    if static.relaxed is not None:
+        energies = force.in_plane.energies
+        frequency = frequency + accuracy.of_relaxation(modes, static.relaxed, energies)
+    of_shapes = accuracy.of_tensor(force.cubic, errors, force.in_plane.error)
+    of_stiffness = float((frequency - errors.frequency).max())  # it changes shapes too
+    return found | {
+        "error_frequency": float(frequency.max()) + of_state + unseen,
+        "error_frequencies": frequency,
+        "error_tensor": of_shapes + of_stiffness + of_state + unseen,
+        "error_rounding": float(errors.rounding.max()),
+    }
 
 
-def loaded_tensors(
-    scene: Scene,
-    scales: Scales,
-    units: state.Units,
-    modes: Modes,
-    direct: loaded.Tensors,
-    watch: Stopwatch,
-    journal: Journal | None = None,
-) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    """The same tensors about a static state, and what the route tells of itself. Collective."""
-    method = scene.reduction.method
-    found: dict[str, Any] = {"asymmetry": 0.0}
-    quadratic, cubic = direct.quadratic, direct.cubic
-    if method == "step":
-        amplitude = scene.reduction.amplitude or scene.plate.thickness
-        result = stiffness_evaluation.step(
-            static_cases(modes),
-            amplitude / units.deflection,
-            selection.permitted(modes, 4),
-            progress=lambda i, n: watch.tell("load cases", i, n),
-            journal=journal,
-        )
-        stiffness_evaluation.check_potential(result)
-        quadratic, cubic = result.quadratic, result.cubic
-        found = {"asymmetry": result.asymmetry, "load_cases": result.n_cases}
-        found["amplitude"] = amplitude
-    quadratic = scales.tension / units.deflection * quadratic
-    return quadratic, scales.cubic * cubic, found
+def static_state(
+    team: Team, plan: Plan, aim: float | None, units: state.Units, watch: Stopwatch
+) -> tuple[state.StaticState, float]:
+    """The state that the modes are about, on a mesh for it, and its edge layer's width. Collective.
+
+    A layer that the load makes thinner is meshed anew.
+    """
+    scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
+    if not scene.flat:
+        # a static load case of STEP mixes modes of every parity: it needs the whole film
+        chosen = attrs.evolve(chosen, whole=not plan.cut.axes)
+    with watch.stage("mesh"):
+        plate = build_plate(team.within, scene, scales, chosen, team.across)
+    if scene.flat and not pulls_at_free_edge(plate):
+        return state.StaticState(plate), plan.layer
+    with watch.stage("static state"):
+        static = state.solve(scene, units, plate)
+        width = float(np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending)))
+        if 0 < width < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
+            finer = discretisation.choose(scene, scales.length, width, aim)
+            finer = attrs.evolve(finer, whole=chosen.whole)
+            plate = build_plate(team.within, scene, scales, finer, team.across)
+            static = state.solve(scene, units, plate)
+    return static, width
 
 
 def on_triangulation(
@@ -279,3 +211,123 @@ def on_triangulation(
     if centre is not None:
         found["centre_deflection"] = np.array(unit * centre)
     return points, cells, values[:-1], found
+
+
+# -- the route ------------------------------------------------------------------------------------
+
+
+class PlateRoute(Route):
+    """Plates and membranes, flat or about a static state, cut at their mirrors."""
+
+    load_curves = True
+
+    def groups(self, plan: Plan, ranks: int, memory: float) -> int:
+        """Groups share classes of symmetry, which wait for each other less than ranks that share a
+        mesh do; memory in free bytes."""
+        if ranks == 1:
+            return 1
+        most = plan.cut.copies
+        if (dofs := plan.dofs) is not None:
+            most = min(most, int(SHARE * memory / (BYTES_PER_DOF * plan.degree * dofs)))
+        return max(g for g in range(1, ranks + 1) if ranks % g == 0 and g <= max(most, 1))
+
+    def load_cases(self, plan: Plan) -> tuple[int, int]:
+        """Pairs for the direct route, states or cases for the others."""
+        n, method = len(plan.scene.modes.numbers), self.method(plan.scene)
+        if method == "direct":
+            return comb(n + 1, 2), comb(n + 1, 2)
+        if method == "tangent":
+            return n + comb(n, 2), 2 * n + comb(n, 2)
+        every = step_cases(n)
+        return (n + 2 * comb(n, 2) + comb(n, 3) if plan.scene.flat else every), every
+
+    def items(self, plan: Plan) -> list[Item]:
+        """State, bending, mirrors, modes, tensors."""
+        scene = plan.scene
+        found = [
+            plan_text.state_item(plan),
+            plan_text.bending_item(plan),
+            plan_text.mirror_item(plan.discretisation(scene.accuracy.tolerance).mirrors),
+            plan_text.modes_item(plan),
+            *plan_text.tensor_items(
+                plan, self.method(scene), self.load_cases(plan), flat=scene.flat
+            ),
+        ]
+        if is_of_revolution(scene):
+            what = "entries whose nodal diameters cannot add up to 0"
+            found.append(Item(what, False, "they are zero on a body of revolution"))
+        if scene.reduction.in_plane == "fixed":
+            found.append(Item("in-plane equilibrium", False, "reduction.in_plane is fixed"))
+        return found
+
+    def cost(self, plan: Plan) -> str:
+        """Cells, degrees of freedom, seconds."""
+        scene = plan.scene
+        chosen = plan.discretisation(scene.accuracy.tolerance)
+        cells = discretisation.cells_of(chosen)
+        if cells is None:
+            return f"degree {chosen.degree} on the mesh of {chosen.file.name}"
+        dofs, columns = plan.dofs or 0, self.load_cases(plan)[0]
+        per_column = SECONDS_PER_CASE
+        if self.method(scene) == "direct":
+            per_column = SECONDS_PER_PAIR
+        elif self.method(scene) == "tangent":
+            columns *= len(scene.modes.numbers)
+        seconds = SECONDS_FIXED + SECONDS_PER_DOF * dofs + per_column * columns * dofs
+        return (
+            f"{cells} cells of degree {chosen.degree}, about {dofs} degrees of freedom of the "
+            f"deflection, about {seconds:.1g} s on one core, once the forms are compiled"
+        )
+
+    def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:
+        """Static state, modes, tensors, patterns; every mesh anew until the tolerance is met."""
+        scene, scales = plan.scene, plan.scales
+
+        def attempt(aim: float | None) -> Solution:
+            return solve(team, plan, aim, watch, journal)
+
+        def discard(last: Solution) -> None:
+            last.discard(team)
+
+        solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
+        modes, plate, force = solution.modes, solution.modes.plate, solution.force
+        frequency = scales.frequency(modes.eigenvalues)
+        inertia.check(solution.diagnostics.get("in_plane_frequency", np.inf), frequency[-1])
+        with watch.stage("patterns"):
+            products = modal_products(modes)
+            aimed = patterns.aimed(modes, scene.drive, scales.length)
+            points, cells, values, static = on_triangulation(solution, scales)
+        stiffness = scales.tension * (products.stiffness + force.stretching)
+        check_uncoupled(stiffness, solution.names)
+        parts = Parts(
+            frequency=frequency,
+            mass=scales.mass * products.mass,
+            label=solution.names,
+            stiffness=stiffness,
+            quadratic=force.quadratic,
+            cubic=force.cubic,
+            outside_cubic=force.outside,
+            area=scales.length**2 * products.area,
+            slope=products.slope,
+            aimed=aimed,
+            shapes=Shapes(points * scales.length, cells, values),
+            static=static,
+            viscous=viscous(scene, scales, modes, products),
+            method=scene.reduction.method,
+            in_plane=scene.reduction.in_plane,
+            diagnostics=solution.diagnostics | _size(plate),
+        )
+        mass_matrix = modes.mass  # it keeps the film's communicator
+        del solution, modes, plate, products, force
+        compat.free_memory(team.within, mass_matrix.comm.tompi4py())
+        mass_matrix.destroy()
+        return parts
+
+
+def _size(plate: Plate) -> dict[str, Any]:
+    return {
+        "dofs": int(plate.deflections.dofmap.index_map.size_global),
+        "cells": int(plate.domain.mesh.topology.index_map(2).size_global),
+        "degree": plate.degree,
+        "mirrors": "".join(plate.mirrors.axes),
+    }

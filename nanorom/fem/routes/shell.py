@@ -6,16 +6,16 @@ of a mesh file.  Where it is flat, the plate's model is computed beside it and t
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable
+from math import comb
 from typing import Any
 
 import attrs
 import numpy as np
 
-from nanorom.errors import AccuracyWarning, SceneError
+from nanorom.errors import SceneError
+from nanorom.fem import plan_text
 from nanorom.fem.fields import quadrature
-from nanorom.fem.mesh.discretisation import Discretisation
+from nanorom.fem.mesh import discretisation
 from nanorom.fem.models.build_shell import build_shell, build_surface
 from nanorom.fem.models.shell import LOWEST_DEGREE, Shell
 from nanorom.fem.modes import names as labels
@@ -24,24 +24,28 @@ from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.modes.normal import normalise
 from nanorom.fem.modes.shell import ShellModes
 from nanorom.fem.output import drawing
-from nanorom.fem.plan import SHELL_DEGREE, Plan
+from nanorom.fem.output.model import Parts
+from nanorom.fem.plan import Plan
+from nanorom.fem.plan_text import Item
+from nanorom.fem.routes.plate import PlateRoute
+from nanorom.fem.routes.route import Route
+from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
 from nanorom.fem.scales import Scales
-from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import Team, check_alike
 from nanorom.fem.statics.shell_state import equilibrium
 from nanorom.fem.stopwatch import Stopwatch
+from nanorom.fem.symmetry import Mirrors
 from nanorom.fem.tensors import amplitude as shellstep
 from nanorom.fem.tensors import shell_outside
 from nanorom.fem.tensors.shell_cases import ShellCases
-from nanorom.fem.tensors.step import check_potential, step
-from nanorom.rom.model import ReducedModel
-from nanorom.rom.patterns import unaimed
+from nanorom.fem.tensors.step import EXTRAPOLATED, StepResult, check_potential, step
+from nanorom.files.partial import Journal
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 
-MOST_MESHES = 3  # attempts at a tolerance
-COARSER = 0.5  # aims of successive meshes, at most
+SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
+REFINEMENT = Refinement(3, 0.5, "the estimated error of the frequencies is")
 
 
 @attrs.frozen(eq=False)
@@ -51,100 +55,138 @@ class Solution:
     modes: ShellModes
     names: list[str]
     error: float
+    rounding: float = 0.0
 
 
-def reduce_shell(
-    scene: Scene,
-    watch: Stopwatch,
-    team: Team,
-    reduce_plate: Callable[[Scene], ReducedModel],
-) -> ReducedModel:
-    """Reduced model of a scene whose plate.model is shell. Collective.
+class ShellRoute(Route):
+    """Geometrically exact shells, by STEP."""
 
-    ``reduce_plate`` gives the model of the same film as a plate.  Warns with AccuracyWarning where
-    the tolerance is not met.
-    """
-    check(scene)
-    scales = Scales.of(scene)
-    solution = solve_to_tolerance(team, scene, scales, watch)
-    shell, h = solution.modes.shell, scene.plate.thickness / scales.length
-    selected = np.array(scene.modes.numbers) - 1
-    modes = solution.modes.like(normalise(solution.modes.modes.take(selected)))
-    with watch.stage("tensors"):
-        cases = ShellCases(modes)
-        stated = scene.reduction.amplitude
-        if stated is None:
-            amplitude, change = shellstep.plateau(cases, h)
-        else:
-            amplitude = stated / scales.length
-            change = shellstep.change(cases, amplitude, h)
-        result = step(
-            cases,
-            amplitude,
-            extrapolate=stated is None,
-            progress=lambda i, n: watch.tell("load cases", i, n),
+    def check(self, scene: Scene) -> None:
+        """Raise SceneError for what a shell cannot be asked."""
+        super().check(scene)
+        check(scene)
+
+    def method(self, scene: Scene) -> str:
+        """The force of a shell is no polynomial: only static load cases find its coefficients."""
+        return "step"
+
+    def load_cases(self, plan: Plan) -> tuple[int, int]:
+        """Cases with their opposites, to tell even from odd, at all amplitudes."""
+        n = len(plan.scene.modes.numbers)
+        amplitudes = EXTRAPOLATED if plan.scene.reduction.amplitude is None else 1
+        every = amplitudes * (2 * n + 4 * comb(n, 2) + 2 * comb(n, 3))
+        return every, every
+
+    def items(self, plan: Plan) -> list[Item]:
+        """State, bending, modes, tensors; a shell is meshed as a whole."""
+        scene = plan.scene
+        curved = isinstance(scene.geometry, MeshFile)  # it may be: only its file tells
+        return [
+            plan_text.state_item(plan),
+            plan_text.bending_item(plan),
+            plan_text.mirror_item(Mirrors()),
+            plan_text.modes_item(plan),
+            *plan_text.tensor_items(
+                plan, "step", self.load_cases(plan), flat=scene.flat and not curved
+            ),
+        ]
+
+    def cost(self, plan: Plan) -> str:
+        """Cells and their degree."""
+        scene = plan.scene
+        chosen = plan.discretisation(scene.accuracy.tolerance)
+        cells = discretisation.cells_of(chosen)
+        if cells is None:
+            return f"degree {chosen.degree} on the mesh of {chosen.file.name}"
+        cells *= chosen.mirrors.copies
+        return f"{cells} cells of degree {scene.accuracy.degree or SHELL_DEGREE} or more"
+
+    def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:
+        """Static state, modes, load cases, patterns; a flat shell is compared with the plate."""
+        scene, scales = plan.scene, plan.scales
+        solution = solved_to_tolerance(scene, lambda aim: solve(team, plan, aim, watch), REFINEMENT)
+        shell = solution.modes.shell
+        selected = np.array(scene.modes.numbers) - 1
+        modes = solution.modes.like(normalise(solution.modes.modes.take(selected)))
+        with watch.stage("tensors"):
+            cases = ShellCases(modes)
+            result, outside, told = tensors_of(scene, scales, cases, watch, journal)
+        with watch.stage("patterns"):
+            points, cells, values = drawing.triangulation(with_deflection(modes))
+            mass = np.diag(modes.products(shell.kinetic_energy))
+            slope = modes.products(shell.unit_tension_energy)
+            area = integrals(shell, modes.modes.shapes)
+        stiffness = np.diag(mass * modes.eigenvalues)
+        # what the modes' tangential inertia does beyond the static condensation of STEP
+        told["tangential_inertia"] = float(
+            np.abs(np.diag(cases.linear) / np.diag(stiffness) - 1).max()
         )
-        check_potential(result)
-        missed = shellstep.truncation(cases, result, h)
-        outside = None
-        if scene.reduction.outside == "static":
-            outside = shell_outside.response(cases, amplitude)
-    with watch.stage("patterns"):
-        points, cells, values = drawing.triangulation(with_deflection(modes))
-        mass = np.diag(modes.products(shell.kinetic_energy))
-        slope = modes.products(shell.unit_tension_energy)
-        area = integrals(shell, modes.modes.shapes)
-    stiffness = np.diag(mass * modes.eigenvalues)
-    # what the modes' tangential inertia does beyond the static condensation of STEP
-    inertia = np.abs(np.diag(cases.linear) / np.diag(stiffness) - 1).max()
-    quadratic = scales.tension / scales.length * result.quadratic
-    cubic = scales.tension / scales.length**2 * result.cubic
-    direct, parametric = unaimed(scales.length**2 * area, slope)
-    diagnostics: dict[str, Any] = {
+        parts = Parts(
+            frequency=scales.frequency(modes.eigenvalues),
+            mass=scales.mass * mass,
+            label=[solution.names[i] for i in selected],
+            stiffness=scales.tension * stiffness,
+            quadratic=scales.tension / scales.length * result.quadratic,
+            cubic=scales.tension / scales.length**2 * result.cubic,
+            outside_cubic=outside,
+            area=scales.length**2 * area,
+            slope=slope,
+            shapes=Shapes(points * scales.length, cells, values[:-1]),
+            static=static_state(scales.length * values[-1]),
+            method=self.method(scene),
+            diagnostics=told | {"error_frequency": solution.error} | _size(shell),
+        )
+        if shell.is_flat:
+            with watch.stage("plate"):
+                plate = Plan.of(as_plate(scene))
+                alone = PlateRoute().parts(plate, team, watch.apart(), Journal())
+            parts.diagnostics.update(compared(parts, alone))
+        return parts
+
+
+def _size(shell: Shell) -> dict[str, Any]:
+    return {
+        "dofs": int(shell.space.dofmap.index_map.size_global) * 6,
+        "cells": int(shell.mesh.topology.index_map(2).size_global),
+        "degree": shell.degree,
+    }
+
+
+def tensors_of(
+    scene: Scene, scales: Scales, cases: ShellCases, watch: Stopwatch, journal: Journal
+) -> tuple[StepResult, np.ndarray | None, dict[str, Any]]:
+    """Tensors by STEP in the shell's units, what the outside adds (SI), and what is known of them.
+
+    Collective.
+    """
+    h, stated = scene.plate.thickness / scales.length, scene.reduction.amplitude
+    if stated is None:
+        amplitude, change = shellstep.plateau(cases, h)
+    else:
+        amplitude = stated / scales.length
+        change = shellstep.change(cases, amplitude, h)
+    result = step(
+        cases,
+        amplitude,
+        extrapolate=stated is None,
+        progress=lambda i, n: watch.tell("load cases", i, n),
+        journal=journal,
+    )
+    check_potential(result)
+    told: dict[str, Any] = {
         "asymmetry": result.asymmetry,
         "load_cases": result.n_cases,
         "amplitude": amplitude * scales.length,
         "plateau": change,
-        "truncation": missed,
-        "tangential_inertia": float(inertia),
-        "error_frequency": solution.error,
-        "dofs": int(shell.space.dofmap.index_map.size_global) * 6,
-        "cells": int(shell.mesh.topology.index_map(2).size_global),
-        "degree": shell.degree,
-        "ranks": team.within.size * team.across.size,
-        "groups": team.across.size,
+        "truncation": shellstep.truncation(cases, result, h),
     }
-    model = ReducedModel(
-        frequency=scales.frequency(modes.eigenvalues),
-        mass=scales.mass * mass,
-        label=tuple(solution.names[i] for i in selected),
-        number=selected + 1,
-        stiffness=scales.tension * stiffness,
-        damping=np.zeros_like(stiffness),
-        quadratic=quadratic,
-        cubic=cubic,
-        outside_cubic=None
-        if outside is None
-        else scales.tension / scales.length**2 * outside.cubic,
-        drive=direct,
-        parametric=parametric,
-        shapes=Shapes(points * scales.length, cells, values[:-1]),
-        static=static_state(scales.length * values[-1]),
-        diagnostics=diagnostics,
-        scene=scene.to_toml(),
-        method="step",
-        in_plane="free",
-        versions=compat.versions(),
-    )
-    if outside is not None:
-        slowest = scales.frequency(np.array(outside.eigenvalue))
-        model.diagnostics["outside_frequency"] = float(slowest)
-    if shell.is_flat:
-        with watch.stage("plate"):
-            plate = reduce_plate(as_plate(scene))
-        model = attrs.evolve(model, diagnostics=model.diagnostics | compared(model, plate))
-    model.diagnostics.update({f"seconds_{k}": seconds for k, seconds in watch.seconds.items()})
-    return model if scene.damping is None else model.with_damping(scene.damping)
+    outside = None
+    if scene.reduction.outside == "static":
+        outside = shell_outside.response(cases, amplitude)
+    if outside is None:
+        return result, None, told
+    told["outside_frequency"] = float(scales.frequency(np.array(outside.eigenvalue)))
+    return result, scales.tension / scales.length**2 * outside.cubic, told
 
 
 def check(scene: Scene) -> None:
@@ -191,7 +233,7 @@ def as_plate(scene: Scene) -> Scene:
     )
 
 
-def compared(shell: ReducedModel, plate: ReducedModel) -> dict[str, float]:
+def compared(shell: Parts, plate: Parts) -> dict[str, float]:
     """Largest relative difference to the plate, of frequencies and of the cubic tensor."""
     cubic = np.abs(shell.cubic - plate.cubic).max() / np.abs(plate.cubic).max()
     return {
@@ -203,33 +245,9 @@ def compared(shell: ReducedModel, plate: ReducedModel) -> dict[str, float]:
 # -- static state and modes -----------------------------------------------------------------------
 
 
-def solve_to_tolerance(team: Team, scene: Scene, scales: Scales, watch: Stopwatch) -> Solution:
-    """Static state and modes on a mesh made for the tolerance, and on finer ones until it is met.
-
-    Warns with AccuracyWarning where none of `MOST_MESHES` meshes meets it.  Collective.
-    """
-    plan = Plan.of(scene)
-    tolerance = aim = scene.accuracy.tolerance
-    for _ in range(MOST_MESHES):
-        solution = solve(team, scene, scales, plan.discretisation(aim), watch)
-        if tolerance is None or aim is None or solution.error <= tolerance:
-            return solution
-        aim *= min(COARSER, tolerance / solution.error)
-        if isinstance(scene.geometry, MeshFile) and scene.geometry.file.suffix == ".msh":
-            break
-    warnings.warn(
-        f"tolerance {tolerance:g} is not met: the estimated error of the frequencies is "
-        f"{solution.error:.1e}",
-        AccuracyWarning,
-        stacklevel=2,
-    )
-    return solution
-
-
-def solve(
-    team: Team, scene: Scene, scales: Scales, chosen: Discretisation, watch: Stopwatch
-) -> Solution:
+def solve(team: Team, plan: Plan, aim: float | None, watch: Stopwatch) -> Solution:
     """Static state and modes on one mesh, of two degrees. Collective."""
+    scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
     degree = scene.accuracy.degree or SHELL_DEGREE
     with watch.stage("mesh"):
         domain = build_surface(team.within, scene, scales, attrs.evolve(chosen, degree=degree))

@@ -1,0 +1,25 @@
+"""The routes from a scene to its model, by the word that the scene has for its film.
+
+A further model is a further row here, beside what the word means in `nanorom.scene.film.MODELS`.
+"""
+
+from __future__ import annotations
+
+from nanorom.fem.routes.beam import BeamRoute
+from nanorom.fem.routes.plate import PlateRoute
+from nanorom.fem.routes.route import Route
+from nanorom.fem.routes.shell import ShellRoute
+from nanorom.scene.scene import Scene
+
+ROUTES: dict[str, Route] = {
+    "auto": PlateRoute(),
+    "membrane": PlateRoute(),
+    "plate": PlateRoute(),
+    "shell": ShellRoute(),
+    "beam": BeamRoute(),
+}
+
+
+def route_of(scene: Scene) -> Route:
+    """The route that a scene takes."""
+    return ROUTES[scene.plate.model]

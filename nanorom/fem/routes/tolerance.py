@@ -1,0 +1,91 @@
+"""The loop that meets a tolerance: solve, estimate, refine."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Protocol, TypeVar
+
+import attrs
+import numpy as np
+from petsc4py import PETSc
+
+from nanorom.errors import AccuracyWarning, NanoromError
+from nanorom.scene.geometry import MeshFile
+from nanorom.scene.scene import Scene
+
+
+class Attempt(Protocol):
+    """A solution on one mesh: its estimated error, and the part of it that no mesh makes less."""
+
+    @property
+    def error(self) -> float: ...
+
+    @property
+    def rounding(self) -> float: ...
+
+
+Solved = TypeVar("Solved", bound=Attempt)
+
+
+@attrs.frozen
+class Refinement:
+    """How meshes follow one another.
+
+    most : attempts; finer : the aim of the next is lower by that at least; told : what is wrong.
+    """
+
+    most: int
+    finer: float
+    told: str
+
+
+def solved_to_tolerance(
+    scene: Scene,
+    solve: Callable[[float | None], Solved],
+    how: Refinement,
+    discard: Callable[[Solved], None] = lambda _: None,
+) -> Solved:
+    """A solution that meets the scene's tolerance, on as many meshes as it takes. Collective.
+
+    Where none does, the best: it is told with AccuracyWarning, also if a refinement breaks off.
+    ``solve`` takes the error that its mesh is made for; ``discard`` frees what a solution holds
+    beyond its results, before the next.  Raises what the first attempt raises.
+    """
+    tolerance = aim = scene.accuracy.tolerance
+    if tolerance is None or aim is None:
+        return solve(None)
+    best, broken = solve(aim), ""
+    last = best
+    for _ in range(how.most - 1):
+        if last.error <= tolerance:
+            return last
+        if last.rounding > tolerance / 2 or not can_refine(scene):
+            break
+        aim = power_below(aim * min(how.finer, tolerance / last.error))
+        discard(last)
+        try:
+            last = solve(aim)
+        except (NanoromError, PETSc.Error) as error:
+            broken = f"; a finer mesh failed: {error}"
+            break
+        best = min(best, last, key=lambda solution: solution.error)
+    if best.error > tolerance:
+        rounding = f" (of which rounding {best.rounding:.1e})" if best.rounding else ""
+        warnings.warn(
+            f"tolerance {tolerance:g} is not met: {how.told} {best.error:.1e}{rounding}{broken}",
+            AccuracyWarning,
+            stacklevel=2,
+        )
+    return best
+
+
+def power_below(value: float) -> float:
+    """The next power of two: the same for estimates that differ in rounding, as of other ranks."""
+    return float(2.0 ** np.floor(np.log2(value)))
+
+
+def can_refine(scene: Scene) -> bool:
+    """Whether a finer mesh can be made: not from a mesh that is given as such."""
+    geometry = scene.geometry
+    return not (isinstance(geometry, MeshFile) and geometry.file.suffix == ".msh")
