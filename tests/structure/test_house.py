@@ -30,7 +30,7 @@ MAY_IMPORT = {
     "rom": BASE | {"files", "scene", "continuation"},  # the last not when it is imported
     "results": BASE | {"continuation", "files", "launch", "rom", "scene", "version"},
     "exact": BASE | {"rom", "scene"},
-    "export": BASE | {"continuation", "files", "rom", "scene"},
+    "export": BASE | {"continuation", "files", "results", "rom", "scene"},
 }
 REACH_THE_FILM = {"bench", "cli", "measurement", "verification", "workflow", "fem"}
 # from the bottom up; a room imports from those below it and from its own line
