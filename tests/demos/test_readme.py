@@ -45,7 +45,8 @@ def test_scene_is_that_of_the_drum_demo():
 
 
 COMMANDS = [
-    "plan", "run", "reduce", "info", "respond", "verify", "tune", "plot", "plot", "identify", "export"
+    "plan", "run", "reduce", "info", "respond", "verify",
+    "tune", "plot", "plot", "identify", "export"
 ]  # fmt: skip
 
 
