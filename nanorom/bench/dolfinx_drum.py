@@ -20,6 +20,7 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from nanorom.exact import polar
+from nanorom.fem.mesh import vetting
 from nanorom.fem.solvers import compat
 from nanorom.types import Array
 
@@ -56,7 +57,7 @@ def solve(
 
 def disc(size: float, order: int) -> Any:
     """Unit disc from gmsh, its cells of the order that gmsh gives them."""
-    import gmsh
+    gmsh = vetting.gmsh()
 
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)

@@ -12,8 +12,11 @@ import os
 import re
 import subprocess
 import sys
+import threading
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from nanorom.errors import MeshError, NanoromError
 
@@ -62,9 +65,22 @@ else:
 def gmsh() -> Any:
     """The module gmsh; raises NanoromError where it or a library that it needs is missing."""
     try:
-        return importlib.import_module("gmsh")
+        with _own_signals():
+            module = importlib.import_module("gmsh")
     except (ImportError, OSError) as error:
         raise NanoromError(MISSING.format(error)) from error
+    if not _in_main_thread() and hasattr(module, "oldsig"):
+        module.oldsig = None  # what it would set again when it is finalised
+    return module
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _own_signals() -> AbstractContextManager[Any]:
+    """gmsh 4.8 sets a signal when it is imported, which Python allows in the main thread alone."""
+    return nullcontext() if _in_main_thread() else patch("signal.signal", return_value=None)
 
 
 def check(file: Path) -> None:
