@@ -66,7 +66,7 @@ def gmsh() -> Any:
     """The module gmsh; raises NanoromError where it or a library that it needs is missing."""
     try:
         with _own_signals():
-            module = importlib.import_module("gmsh")
+            module: Any = importlib.import_module("gmsh")
     except (ImportError, OSError) as error:
         raise NanoromError(MISSING.format(error)) from error
     if not _in_main_thread() and hasattr(module, "oldsig"):
@@ -80,7 +80,9 @@ def _in_main_thread() -> bool:
 
 def _own_signals() -> AbstractContextManager[Any]:
     """gmsh 4.8 sets a signal when it is imported, which Python allows in the main thread alone."""
-    return nullcontext() if _in_main_thread() else patch("signal.signal", return_value=None)
+    if _in_main_thread():
+        return nullcontext()
+    return patch("signal.signal", return_value=None)
 
 
 def check(file: Path) -> None:
