@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nanorom.report import estimates
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.patterns.pattern import Pattern
 
 if TYPE_CHECKING:
+    from nanorom.continuation import SpecialPoint
     from nanorom.measurement.identify import Identification
     from nanorom.results.response import Response
 
@@ -72,8 +74,14 @@ def response_text(response: Response) -> str:
 
 def point_rows(response: Response) -> list[tuple[str, ...]]:
     """The special points: names of the columns, their units, and a row for each."""
-    head = ("level", "type", "frequency", "amplitude", "largest mode", "period", "branch")
-    units = ("", "", "Hz", "m", "", "of drive", "")
+    head: tuple[str, ...] = ("level", "type", "frequency", "amplitude", "largest mode")
+    head += ("period", "branch")
+    units: tuple[str, ...] = ("", "", "Hz", "m", "", "of drive", "")
+    if response.estimates:
+        head, units = (
+            (*head, "estimated error", "made by"),
+            (*units, "frequency, amplitude", "outside"),
+        )
     rows = []
     for level, diagram in enumerate(response.diagrams, 1):
         for point in diagram.special_points:
@@ -88,8 +96,15 @@ def point_rows(response: Response) -> list[tuple[str, ...]]:
                     str(point.period_multiple),
                     str(point.branch),
                 )
+                + _estimate(response, level - 1, point)
             )
     return [head, units, *rows]
+
+
+def _estimate(response: Response, level: int, point: SpecialPoint) -> tuple[str, ...]:
+    if not response.estimates:
+        return ()
+    return estimates.cells(response, level, response.estimated(level, point))
 
 
 def unexplored_rows(response: Response) -> list[tuple[str, ...]]:
@@ -116,6 +131,7 @@ def level_facts(response: Response) -> list[tuple[str, str]]:
             zip(response.drive.levels, response.diagrams), 1
         )
     ]
+    levels += estimates.facts(response)
     if response.unfinished:
         levels.append(("to do", f"{response.unfinished} levels; the same command goes on"))
     return levels

@@ -12,12 +12,12 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from nanorom.continuation.diagrams.selection import Chosen
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
 from nanorom.types import Array
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.newton import NoOrbitError, correct, first_correction
 from nanorom.verification.orbit import FullOrbit, largest_deflection, told
-from nanorom.verification.points import Chosen
 from nanorom.verification.preconditioner import Border
 from nanorom.verification.problem import Problem, pose
 from nanorom.verification.stability import Stability
@@ -51,9 +51,7 @@ class Comparison:
         return float(self.point.amplitude[mode] / self.full.amplitude[mode] - 1)
 
 
-def compare(
-    driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
-) -> Comparison:
+def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool) -> Comparison:
     """Estimate what a modal orbit is wrong by and, with ``solve``, find the film's orbit."""
     film, problem = driven.film, pose(driven, point.orbit)
     fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
@@ -80,9 +78,7 @@ def _solved(problem: Problem, borders: list[Border]) -> FullOrbit | None:
     """The film's orbit at the same frequency, or else across the branch, or none."""
     for border in borders:
         try:
-            return told(
-                problem, correct(problem.model, problem.start, problem.rate, border)
-            )
+            return told(problem, correct(problem.model, problem.start, problem.rate, border))
         except NoOrbitError:
             continue
     return None
