@@ -1,4 +1,6 @@
-"""A model of few modes held against its own larger one: errors, the modes that make them, growth."""
+"""Few modes held against a larger model: errors, the modes that make them, and what grows."""
+
+from itertools import permutations
 
 import attrs
 import numpy as np
