@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import attrs
 import numpy as np
 
 from nanorom.continuation.diagrams.diagram import SpecialPoint
@@ -93,22 +94,43 @@ def follow_torus(
         if progress is not None:
             progress(counted, member.curve.parameter * parameter.unit)
 
+    follow = _Follow(parameter, start, (tolerance, harmonics, steps), told)
     if isinstance(point, SpecialPoint):
-        signs = _signs(parameter.equations(start)[0], point)
+        return follow.from_orbit(point)
+    return follow.from_motion(point, period_multiple, waited)
+
+
+@attrs.frozen
+class _Follow:
+    """How families are followed: in a parameter, from a start, to limits, telling their members."""
+
+    parameter: Varied
+    start: float
+    limits: tuple[float, int, int]
+    told: Callable[[Member], None]
+
+    def from_orbit(self, point: SpecialPoint) -> Torus:
+        """What branches from an orbit at a Neimark-Sacker point."""
+        parameter = self.parameter
+        signs = _signs(parameter.equations(self.start)[0], point)
         map_ = ReturnMap(parameter.equations, point.period_multiple, signs)
-        family = Family(map_, tolerance, harmonics, steps)
-        first = family.from_orbit(_scaled_state(parameter, point.state), start)
-        course = Course().run(family, *first, parameter.span, told)
+        family = Family(map_, *self.limits)
+        first = family.from_orbit(_scaled_state(parameter, point.state), self.start)
+        course = Course().run(family, *first, parameter.span, self.told)
         return Report(parameter, map_).torus(family, course)
-    map_ = ReturnMap(parameter.equations, period_multiple)
-    family = Family(map_, tolerance, harmonics, steps)
-    states = recorded(map_, _scaled_state(parameter, point), start, waited)
-    curve, border = family.at_start(curve_through(states, start))
-    sides = [
-        Course().run(family, curve, border.times(sign), parameter.span, told)
-        for sign in (-1.0, 1.0)
-    ]
-    return Report(parameter, map_).torus(family, joined(*sides))
+
+    def from_motion(self, state: Array, period_multiple: int, waited: int) -> Torus:
+        """What a motion from a state settles on, followed to both sides."""
+        parameter = self.parameter
+        map_ = ReturnMap(parameter.equations, period_multiple)
+        family = Family(map_, *self.limits)
+        states = recorded(map_, _scaled_state(parameter, state), self.start, waited)
+        curve, border = family.at_start(curve_through(states, self.start))
+        sides = [
+            Course().run(family, curve, border.times(sign), parameter.span, self.told)
+            for sign in (-1.0, 1.0)
+        ]
+        return Report(parameter, map_).torus(family, joined(*sides))
 
 
 def _scaled_state(parameter: Varied, state: object) -> Array:
