@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 
 import attrs
 import numpy as np
@@ -22,6 +23,15 @@ from nanorom.continuation.tori.torus import Torus
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
+Progress = Callable[[int, float], None]  # tori found, parameter of the last
+ALLOWED = {
+    "harmonics": (HARMONICS[0], HARMONICS[-1]),
+    "steps": (1, 100_000),
+    "tolerance": (1e-13, 1e-3),
+    "period_multiple": (1, 100),
+    "waited": (0, 1_000_000),
+}
+
 
 @one_thread()
 def follow_torus(
@@ -37,7 +47,7 @@ def follow_torus(
     tolerance: float = 1e-10,
     harmonics: int = 100,
     steps: int = 200,
-    progress: Callable[[int, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Torus:
     """A family of tori: what branches from the response at a Neimark-Sacker point, or what a motion
     in time has settled on.
@@ -58,15 +68,13 @@ def follow_torus(
         The value of what is varied at the point; for an "NS" and a range of omega, its own.
     period_multiple : int
         Periods of the drive after which the motion from a state returns to the same curve.
-    waited : int
-        Periods that a motion from a state is given to settle.
+    waited : int, periods that a motion from a state is given to settle
     tolerance : float
         Size of the last harmonics of the second angle, relative to the states.
     harmonics : int
         Most harmonics of the second angle; where they do not suffice the family ends ("breakdown").
-    steps : int
-        Most steps (to each side).
-    progress : called with the number of tori found and the parameter of the last.
+    steps : int, most to each side
+    progress : called with the number of tori found and the parameter of the last
 
     Raises
     ------
@@ -74,26 +82,14 @@ def follow_torus(
         for another kind of point, an invalid range or level, a point outside the range; a state
         whose motion is periodic or irregular.
     """
-    _check("harmonics", harmonics, HARMONICS[0], HARMONICS[-1])
-    _check("steps", steps, 1, 100_000)
-    _check("tolerance", tolerance, 1e-13, 1e-3)
-    _check("period_multiple", period_multiple, 1, 100)
-    _check("waited", waited, 0, 1_000_000)
-    given: dict[str, Level] = {"direct": direct, "parametric": parametric}
-    if omega is not None:
-        given["omega"] = omega
-    elif isinstance(point, SpecialPoint):
-        given["omega"] = point.omega
-    parameter = varied(system, given)
+    _check(harmonics=harmonics, steps=steps, tolerance=tolerance)
+    _check(period_multiple=period_multiple, waited=waited)
+    if omega is None and isinstance(point, SpecialPoint):
+        omega = point.omega
+    given = {"direct": direct, "parametric": parametric, "omega": omega}
+    parameter = varied(system, {name: level for name, level in given.items() if level is not None})
     start = parameter.scaled(_start(parameter, point, at))
-    counted = 0
-
-    def told(member: Member) -> None:
-        nonlocal counted
-        counted += 1
-        if progress is not None:
-            progress(counted, member.curve.parameter * parameter.unit)
-
+    told = _counted(progress, parameter.unit)
     follow = _Follow(parameter, start, (tolerance, harmonics, steps), told)
     if isinstance(point, SpecialPoint):
         return follow.from_orbit(point)
@@ -161,9 +157,23 @@ def _start(parameter: Varied, point: SpecialPoint | Array, at: float | None) -> 
     return value
 
 
-def _check(name: str, value: object, low: float, high: float) -> None:
-    if not finite(value) or not low <= value <= high:  # type: ignore[operator]
-        raise ContinuationError(f"{name}: found {value!r}; allowed {low:g} to {high:g}")
+def _counted(progress: Progress | None, unit: float) -> Callable[[Member], None]:
+    """What tells progress of every member."""
+    numbers = count(1)
+
+    def told(member: Member) -> None:
+        number = next(numbers)
+        if progress is not None:
+            progress(number, member.curve.parameter * unit)
+
+    return told
+
+
+def _check(**given: object) -> None:
+    for name, value in given.items():
+        low, high = ALLOWED[name]
+        if not finite(value) or not low <= value <= high:  # type: ignore[operator]
+            raise ContinuationError(f"{name}: found {value!r}; allowed {low:g} to {high:g}")
 
 
 def _signs(system: ScaledSystem, point: SpecialPoint) -> Array | None:
