@@ -22,7 +22,8 @@ from nanorom.continuation.orbits.harmonics import (
     fourier_matrix,
 )
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit
-from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.system import ModalSystem
 from nanorom.types import Array
 
 PRESENT = 1e-10  # of the largest coefficient: a harmonic of a mode below that is none

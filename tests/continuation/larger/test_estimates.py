@@ -70,14 +70,7 @@ def resting():
     """A driven mode, and one at rest that it makes parametrically unstable near the fold."""
     cubic = np.zeros((2, 2, 2, 2))
     cubic[0, 0, 0, 0], cubic[1, 1, 1, 1] = 1.0, 1.5
-    for place in (
-        (0, 0, 1, 1),
-        (0, 1, 0, 1),
-        (0, 1, 1, 0),
-        (1, 1, 0, 0),
-        (1, 0, 1, 0),
-        (1, 0, 0, 1),
-    ):
+    for place in set(permutations((0, 0, 1, 1))):
         cubic[place] = 0.4
     return ModalSystem(damping=[0.01, 0.011], stiffness=[1.0, 1.2], cubic=cubic, direct=[1.0, 0.0])
 
