@@ -24,7 +24,7 @@ def estimated(response: Response, model: ReducedModel, question: Question) -> Re
     places = model.larger.places(model.label)
     count = len(model.larger.label)
     outside = np.setdiff1d(np.arange(count), places)
-    wide = model.larger.matched(model).model(model.scene)
+    wide = ReducedModel(scene=model.scene, **model.larger.matched(model).arrays())
     damping = question.damping
     if damping is not None:
         question = attrs.evolve(question, damping=extended(damping, places, count))

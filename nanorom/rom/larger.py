@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.files.schema import POTENTIAL, SYMMETRIC, array, family
+from nanorom.files.schema import POTENTIAL, SYMMETRIC, Family, Item, array, entries, family
 from nanorom.rom import tensors
 from nanorom.rom.arrays import (
     as_array,
@@ -20,21 +20,6 @@ from nanorom.rom.arrays import (
 )
 from nanorom.scene.excitation import Damping
 from nanorom.types import Array
-
-if TYPE_CHECKING:
-    from nanorom.rom.model import ReducedModel
-
-
-MATCHED = (
-    "mass",
-    "stiffness",
-    "damping",
-    "quadratic",
-    "cubic",
-    "bending",
-    "stretching",
-    "cubic_damping",
-)
 
 
 @attrs.frozen(eq=False, kw_only=True)
@@ -95,39 +80,35 @@ class Larger:
     )
 
     @classmethod
-    def of(cls, model: ReducedModel) -> Larger:
-        """What a model of N modes has."""
-        return cls(**{field.name: getattr(model, field.name) for field in attrs.fields(cls)})
+    def of(cls, model: Any) -> Larger:
+        """What a reduced model of N modes has."""
+        return cls(**{name: getattr(model, name) for name in entries(cls)})
 
-    def model(self, scene: str = "") -> ReducedModel:
-        """The model of N modes; ``scene``: its text, which says what its drive is aimed at."""
-        from nanorom.rom.model import ReducedModel
+    def arrays(self) -> dict[str, Any]:
+        """All of it by name, as a reduced model has it."""
+        return {name: getattr(self, name) for name in entries(type(self))}
 
-        known = {field.name: getattr(self, field.name) for field in attrs.fields(type(self))}
-        return ReducedModel(scene=scene, **known)
-
-    def matched(self, model: ReducedModel) -> Larger:
-        """The same with the reduced model's own arrays where all indices are of its modes.
+    def matched(self, model: Any) -> Larger:
+        """The same with a reduced model's own arrays where all indices are of its modes.
 
         Both may be of different meshes: what an estimate tells is then what modes outside make.
         Raises ValueError if a mode of the model is not there.
         """
-        places = self.places(model.label)
-        outside = np.setdiff1d(np.arange(len(self.label)), places)
-        known = {}
-        for name in MATCHED:
+        places, known = self.places(model.label), {}
+        for name, entry in entries(type(self)).items():
             whole, own = getattr(self, name), getattr(model, name)
-            if whole is not None and own is not None:
-                known[name] = _with_block(whole, places, own)
+            if isinstance(entry, Item) and entry.kind == "number" and own is not None:
+                known[name] = None if whole is None else _with_block(whole, places, own)
+            elif isinstance(entry, Family):
+                both = {n: _with_block(whole[n], places, own[n]) for n in whole if n in own}
+                known[name] = whole | both
         if self.outside_cubic is not None and model.outside_cubic is not None:
+            # of what is outside the model, all but the modes that are here
+            outside = np.setdiff1d(np.arange(len(self.label)), places)
             pull = self.quadratic[np.ix_(places, places, outside)]
             compliance = np.linalg.inv(self.stiffness[np.ix_(outside, outside)])
             beyond = model.outside_cubic - tensors.condensed(pull, compliance)
             known["outside_cubic"] = _with_block(self.outside_cubic, places, beyond)
-        for name in ("drive", "parametric"):
-            whole, own = getattr(self, name), getattr(model, name)
-            common = {n: _with_block(whole[n], places, own[n]) for n in whole if n in own}
-            known[name] = whole | common
         return attrs.evolve(self, **known)
 
     def places(self, label: tuple[str, ...]) -> NDArray[np.intp]:

@@ -30,7 +30,7 @@ def _mode_numbers(value: Any) -> tuple[int, ...]:
 def _mode_count(value: Any) -> int | str:
     if isinstance(value, str):
         if value != AUTO:
-            raise units.wrong("modes.count", value, f'1 to {MOST_MODES}, or "{AUTO}"')
+            raise units.wrong("modes.count", value, f'an integer from 1 to {MOST_MODES}, or "auto"')
         return AUTO
     return v.read_integer(value, "modes.count", 1, MOST_MODES)
 
@@ -48,7 +48,7 @@ class Modes:
         metadata=v.custom(
             "modes.count",
             _mode_count,
-            allowed=f'1 to {MOST_MODES}, or "{AUTO}"',
+            allowed=f'an integer from 1 to {MOST_MODES}, or "auto"',
             about="the lowest so many modes take part; auto: those that the response needs to be "
             "right to accuracy.response",
         ),
