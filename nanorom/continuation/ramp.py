@@ -7,6 +7,7 @@ frequency, omega t + (rate / 2) t^2, so that ringing and the shift of jumps are 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import attrs
 import numpy as np
@@ -78,6 +79,46 @@ def ramp(
     ContinuationError
         for frequencies, rates or states that do not do, and for a ramp of too many periods.
     """
+    scaled = system.scaled(direct, parametric)
+    chirp = _chirp(scaled, omega, rate, periods)
+    states, whole = integrated(
+        equations(scaled, chirp.begin, chirp.angle),
+        _start(scaled, state),
+        chirp.spacing,
+        chirp.count,
+        tolerance,
+        progress,
+    )
+    times = chirp.spacing * np.arange(len(states))
+    within = centres(len(states), periods)
+    omegas = (chirp.begin + chirp.speed * times) * scaled.frequency
+    signal = scaled.given(states[:, : scaled.size])
+    return Ramp(
+        time=times[within] / scaled.frequency,
+        omega=omegas[within],
+        amplitude=demodulate(signal, chirp.angle(times), harmonic, periods),
+        state=scaled.given_states(states[-1]),
+        escaped=None if whole else float(omegas[-1]),
+    )
+
+
+@attrs.frozen
+class _Chirp:
+    """A drive in scaled units: frequency at the beginning, its change per unit of time, how many
+    samples and their spacing in time.
+    """
+
+    begin: float
+    speed: float
+    count: int
+    spacing: float
+
+    def angle(self, time: Any) -> Any:
+        return self.begin * time + self.speed * time**2 / 2
+
+
+def _chirp(scaled: ScaledSystem, omega: tuple[float, float], rate: float, periods: int) -> _Chirp:
+    """The drive of a ramp; raises ContinuationError for what makes no sense or takes too long."""
     start, stop = omega
     if not (finite(start) and finite(stop) and min(start, stop) > 0 and start != stop):
         raise ContinuationError(
@@ -87,9 +128,8 @@ def ramp(
         raise ContinuationError(f"rate: found {rate!r}; allowed more than 0, in Hz/s")
     if periods < LEAST_PERIODS:
         raise ContinuationError(f"periods: found {periods}; allowed {LEAST_PERIODS} or more")
-    scaled = system.scaled(direct, parametric)
     begin, end = start / scaled.frequency, stop / scaled.frequency
-    speed = np.sign(end - begin) * TURN * rate / scaled.frequency**2
+    speed = float(np.sign(end - begin)) * TURN * rate / scaled.frequency**2
     duration = (end - begin) / speed
     check_periods(
         duration * max(begin, end) / TURN,
@@ -97,29 +137,7 @@ def ramp(
         "take a faster ramp or a shorter range, or `explore`, which is what slow ones tend to",
     )
     spacing = TURN / max(begin, end) / PER_PERIOD
-
-    def angle(time: float) -> float:
-        return begin * time + speed * time**2 / 2
-
-    states, whole = integrated(
-        equations(scaled, begin, angle),
-        _start(scaled, state),
-        spacing,
-        int(duration / spacing) + 1,
-        tolerance,
-        progress,
-    )
-    times = spacing * np.arange(len(states))
-    within = centres(len(states), periods)
-    omegas = (begin + speed * times) * scaled.frequency
-    signal = scaled.given(states[:, : scaled.size])
-    return Ramp(
-        time=times[within] / scaled.frequency,
-        omega=omegas[within],
-        amplitude=demodulate(signal, angle(times), harmonic, periods),  # type: ignore[arg-type]
-        state=scaled.given_states(states[-1]),
-        escaped=None if whole else float(omegas[-1]),
-    )
+    return _Chirp(begin, speed, int(duration / spacing) + 1, spacing)
 
 
 def _start(scaled: ScaledSystem, state: Array | None) -> Array:

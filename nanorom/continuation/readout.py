@@ -42,7 +42,7 @@ class Readout:
 
     @property
     def size(self) -> Array:
-        """Amplitude (n,), without its phase."""
+        """Amplitude (n,) without its phase, in the unit of the output."""
         return np.abs(self.amplitude)
 
     @property
@@ -52,16 +52,19 @@ class Readout:
 
     @property
     def x(self) -> Array:
-        """The quadrature (n,) in phase: what multiplies cos(k omega t)."""
+        """The quadrature (n,) in phase, in the unit of the output: of cos(k w t)."""
         return np.asarray(self.amplitude.real)
 
     @property
     def y(self) -> Array:
-        """The quadrature (n,) a quarter ahead: what multiplies -sin(k omega t)."""
+        """The quadrature (n,) a quarter ahead, in the unit of the output: what multiplies -sin(k
+        omega t).
+        """
         return np.asarray(self.amplitude.imag)
 
     def decibel(self, reference: float = 1.0) -> Array:
-        """20 log10 of amplitude by a reference, (n,) in dB; a root mean square is 3.01 dB less.
+        """20 log10 of the amplitude by a reference in its unit, (n,) in dB; a root mean square has
+        3.01 dB less.
 
         Raises ContinuationError for a reference that is not positive.
         """

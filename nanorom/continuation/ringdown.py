@@ -43,7 +43,7 @@ class RingDown:
 
     @property
     def quality_factor(self) -> Array:
-        """omega / (2 decay) (n,)."""
+        """omega / (2 decay) (n,), a ratio."""
         return np.asarray(self.omega / (2 * self.decay))
 
 

@@ -21,6 +21,7 @@ from nanorom.continuation.orbits.orbit import PeriodicOrbit, orbit_amplitudes
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array, Numbers
 
+SLOWEST, FASTEST = 1e-2, 1e2  # times the frequency at the beginning, where a curve ends
 EDGE = 1e-9  # of a scaled level at an end of a range
 TRUNCATION = 1e-11  # of multipliers that tell stability
 
@@ -105,6 +106,31 @@ class PhasedCurve(Curve):
 
     phase: Phase
     least: float = 0.0
+
+    @classmethod
+    def along(
+        cls,
+        line: Parameter,
+        phase: Phase,
+        rate: float,
+        level: tuple[float, float],
+        at: Sequence[float],
+        tolerance: float,
+        least: float = 0.0,
+    ) -> PhasedCurve:
+        """The curve of a parameter, with points at the ends of a range and at other levels; rate:
+        of the orbits at its beginning.
+        """
+        return cls(
+            origin=line.origin,
+            change=line.change,
+            multiple=1,
+            limits=((SLOWEST * rate, FASTEST * rate), (level[0] / line.size, level[1] / line.size)),
+            tolerance=tolerance,
+            at=[value / line.size for value in (*level, *at)],
+            phase=phase,
+            least=least,
+        )
 
     def equations(self, support: Support, harmonics: int) -> PhasedBalance:
         basis = basis_for(support, harmonics, self.multiple)

@@ -19,14 +19,14 @@ from nanorom.continuation.curves.conditioned import (
     within,
 )
 from nanorom.continuation.curves.curve import Point
-from nanorom.continuation.curves.parameter import Given, parameter_of
+from nanorom.continuation.curves.parameter import Given, Parameter, parameter_of
 from nanorom.continuation.curves.rest import RestPoint
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
+from nanorom.types import Array
 
 FIRST_AMPLITUDE = 1e-3  # in scaled units: still linear
-SLOWEST, FASTEST = 1e-2, 1e2  # times the frequency at the Hopf point
 FIRST_HARMONICS = 3
 
 
@@ -76,6 +76,18 @@ def limit_cycles(
             f"{point.level:g}"
         )
     line = parameter_of(system, parameter, level, direct, parametric)
+    first, direction, largest = _first(line, point)
+    phase = Phase(np.eye(line.unit.size)[largest], 1, 0.0)
+    least = FIRST_AMPLITUDE / 2
+    curve = PhasedCurve.along(line, phase, first.rate, level, at, tolerance, least)
+    points = curve.follow(first, 1.0, steps, largest_step, direction)
+    return orbit_curve(line, within(points, level, line.size), 1, free=True)
+
+
+def _first(line: Parameter, point: RestPoint) -> tuple[Point, Array, int]:
+    """A small motion next to the Hopf point, the direction in which it grows, and the coordinate
+    that moves most.
+    """
     unit = line.unit
     shape = unit.inner(point.shape.real) + 1j * unit.inner(point.shape.imag)
     largest = int(np.abs(shape).argmax())
@@ -84,17 +96,5 @@ def limit_cycles(
     direction[1], direction[2] = shape.real, -shape.imag
     full = FIRST_AMPLITUDE * direction
     full[0] = unit.inner(point.state)
-    rate = point.omega / unit.frequency
-    curve = PhasedCurve(
-        origin=line.origin,
-        change=line.change,
-        multiple=1,
-        limits=((SLOWEST * rate, FASTEST * rate), (level[0] / line.size, level[1] / line.size)),
-        tolerance=tolerance,
-        at=[value / line.size for value in (*level, *at)],
-        phase=Phase(np.eye(unit.size)[largest], 1, 0.0),
-        least=FIRST_AMPLITUDE / 2,
-    )
-    first = Point(full, rate, point.level / line.size)
-    points = curve.follow(first, 1.0, steps, largest_step, direction)
-    return orbit_curve(line, within(points, level, line.size), 1, free=True)
+    first = Point(full, point.omega / unit.frequency, point.level / line.size)
+    return first, direction, largest

@@ -32,7 +32,6 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 LINEAR = 1e-4  # amplitude in scaled units at which the curve begins: still linear
-SLOWEST, FASTEST = 0.1, 10.0  # times the natural frequency
 QUARTER = np.pi / 2
 
 
@@ -78,25 +77,15 @@ def phase_resonance(
         for a mode that does not exist, invalid levels, an output without resonance, or where the
         curve cannot be begun.
     """
-    low, high = direct
-    if not (finite(low) and finite(high) and 0 < low < high):
-        raise ContinuationError(f"direct: found {direct}; allowed 0 < low < high")
-    if not 0 <= mode < system.size:
-        raise ContinuationError(f"mode: found {mode}; allowed 0 to {system.size - 1}")
+    low, high = _checked(direct, mode, system.size)
     line = parameter_of(system, "direct", (0.0, high), parametric=parametric)
     unit = line.unit
     frequency, shape = _mode(unit, mode)
     own = shape if output is None else _inner(unit, output)
     first = _first(line, frequency, low / line.size)
-    curve = PhasedCurve(
-        origin=line.origin,
-        change=line.change,
-        multiple=1,
-        limits=((SLOWEST * frequency, FASTEST * frequency), (first.level / 2, 1.0)),
-        tolerance=tolerance,
-        at=[level / line.size for level in (low, high, *at)],
-        phase=Phase(own, harmonic, lag),
-    )
+    phase = Phase(own, harmonic, lag)
+    curve = PhasedCurve.along(line, phase, frequency, direct, at, tolerance)
+    curve.limits = curve.limits[0], (first.level / 2, 1.0)
     try:
         points = curve.follow(first, 1.0, steps, largest_step)
     except ContinuationError:
@@ -105,6 +94,16 @@ def phase_resonance(
             "output that the drive moves at resonance"
         ) from None
     return orbit_curve(line, within(points, direct, line.size), 1, free=False)
+
+
+def _checked(direct: tuple[float, float], mode: int, size: int) -> tuple[float, float]:
+    """The levels; raises ContinuationError for those, or a mode, that do not do."""
+    low, high = direct
+    if not (finite(low) and finite(high) and 0 < low < high):
+        raise ContinuationError(f"direct: found {direct}; allowed 0 < low < high")
+    if not 0 <= mode < size:
+        raise ContinuationError(f"mode: found {mode}; allowed 0 to {size - 1}")
+    return float(low), float(high)
 
 
 def _mode(unit: ScaledSystem, mode: int) -> tuple[float, Array]:
