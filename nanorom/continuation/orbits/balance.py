@@ -30,6 +30,7 @@ class HarmonicBalance:
     def __init__(self, system: ScaledSystem, basis: Basis, inertia: bool = True) -> None:
         self.system = system
         self.basis = basis
+        self.inertia = inertia
         self.second_weight = basis.second_weight * float(inertia)
         moving = moving_modes(system, basis.modes)
         sub = moving.system
