@@ -107,8 +107,7 @@ class Tracer:
         """Newton's method from an approximate orbit, with as many harmonics as it turns out to
         need.
         """
-        known = (len(orbit.coefficients) - 1) // 2
-        harmonics = next((h for h in self.ladder if h >= known), self.ladder[-1])
+        harmonics = self._first_harmonics(orbit)
         for _ in range(len(self.ladder)):
             balance = self.balance(harmonics)
             x = balance.basis.compress(orbit.coefficients)
@@ -131,8 +130,7 @@ class Tracer:
         `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit
         moves first.
         """
-        known = (len(orbit.coefficients) - 1) // 2
-        balance = self.balance(next(h for h in self.ladder if h >= known))
+        balance = self.balance(self._first_harmonics(orbit))
         x, border = (
             balance.basis.compress(orbit.coefficients),
             self._first_border(balance, direction),
@@ -201,6 +199,11 @@ class Tracer:
         series = Series.from_terms(balance, packed, rates, self.accuracy.series)
         series.length = self._length(series, rates)
         return series
+
+    def _first_harmonics(self, orbit: Orbit) -> int:
+        """How many an orbit is given with at first."""
+        known = (len(orbit.coefficients) - 1) // 2
+        return next((h for h in self.ladder if h >= known), self.ladder[-1])
 
     def _first_border(self, balance: HarmonicBalance, direction: Array | float) -> Array:
         border = np.zeros(balance.basis.size + 1)

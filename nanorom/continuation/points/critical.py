@@ -92,7 +92,7 @@ class CriticalBalance:
         rate, level = float(z[n]) / self.factor, float(z[n + 1])
         shift = float(z[n + 2]) if self.kind is TORUS else 0.0
         x = self._widened(z[:n])
-        if self.operators is not self.balances:
+        if self.kind is not FOLD:
             matrices = [self._matrix(b, x, rate, shift) for b in self.operators]
         matrix, by_level = matrices
         v, w, g = self._null_vectors(matrix + level * by_level)
@@ -137,8 +137,8 @@ class CriticalBalance:
         inertia = float(operator.inertia)
         slope = 2 * rate * (second + inertia * (2j * shift * first - shift**2 * right))
         by_rate = complex((left * (slope + turned @ operator.damping_t)).sum())
-        by_shift = inertia * rate**2 * (2j * first - 2 * shift * right)
-        by_shift = complex((left * (by_shift + 1j * rate * (right @ operator.damping_t))).sum())
+        change = inertia * rate**2 * (2j * first - 2 * shift * right)
+        by_shift = complex((left * (change + 1j * rate * (right @ operator.damping_t))).sum())
         if operator.has_loss:
             by_rate += self._loss_term(operator, x, left, right, turned)
             by_shift += 1j * rate * self._loss_term(operator, x, left, 0 * right, right)
