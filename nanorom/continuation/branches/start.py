@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from nanorom.continuation.branches.raising import Rise
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.balance import HarmonicBalance
@@ -27,7 +28,8 @@ def first_orbit(tracer: Tracer, omega: float, outward: float = 0.0) -> Orbit:
     """The orbit at `omega` of the response from rest.
 
     It is reached by raising the drive, or, where that leads past a fold, along the branch from a
-    frequency farther off: above for outward > 0, below for outward < 0.
+    frequency farther off: above for outward > 0, below for outward < 0. If that fails, too, the
+    drive is raised round its folds.
 
     Raises
     ------
@@ -50,7 +52,10 @@ def first_orbit(tracer: Tracer, omega: float, outward: float = 0.0) -> Orbit:
             return _followed(tracer, _raised(tracer, far), omega)
         except ContinuationError:
             continue  # farther off it may be easier
-    raise failed
+    try:
+        return tracer.solve(Rise(tracer, omega).orbit(), fixed_rate)[0]
+    except ContinuationError:
+        raise failed from None
 
 
 def _raised(tracer: Tracer, omega: float) -> Orbit:

@@ -29,8 +29,7 @@ PER_OCTAVE = 16  # lengths of steps
 SHORTER, SHORTENINGS = 0.7, 12  # factor on a step whose end is not good, how often at most
 REST = 1e-6  # size below which an orbit is at rest
 ROUND_OFF = 1e-16  # of the largest harmonic
-LEAST_OF_DRIVE = 20  # harmonics of the drive that orbits of a long period may have
-MOST_UNKNOWNS = 1000  # of orbits of a long period: beyond, shooting costs less
+MOST_UNKNOWNS = 1000  # of orbits of more than the usual harmonics: beyond, shooting costs less
 TINY = 1e-30  # of an orbit at rest
 UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
@@ -47,8 +46,8 @@ class Tracer:
         self.accuracy = Accuracy.of(system, support, settings)
         self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
         moving = int(support.table.any(axis=1).sum())
-        most = min(LEAST_OF_DRIVE * period_multiple, MOST_UNKNOWNS // max(2 * moving, 1))
-        most = min(max(most, HARMONIC_LADDER[-1]), settings.harmonics * period_multiple)
+        most = max(MOST_UNKNOWNS // max(2 * moving, 1), HARMONIC_LADDER[-1])
+        most = min(most, settings.harmonics * period_multiple)
         self.ladder = [
             h for h in (*HARMONIC_LADDER, *LONG_LADDER) if 2 * period_multiple <= h <= most
         ]

@@ -44,7 +44,7 @@ def explore(
     *,
     depth: int = 1,
     tolerance: float = 5e-10,
-    harmonics: int = 150,
+    harmonics: int = 650,
     steps: int = 2000,
     reach: float = 2.0,
     seeds: Sequence[PeriodicOrbit] = (),

@@ -183,3 +183,22 @@ def test_an_isola_is_found_once_whether_or_not_a_level_has_it_connected(levels) 
     assert [len(diagram.branches) for diagram in diagrams] == [1 + (f < 0.1856) for f in levels]
     check_isola(diagrams[0])
     assert len(diagrams[-1].points("LP")) == (6 if levels[-1] < 0.1856 else 4)
+
+
+@pytest.mark.parametrize("force", [500.0, 700.0])
+def test_a_drive_that_is_hundreds_of_times_the_stiffness_is_followed_over_the_range(force) -> None:
+    """Between its resonances of higher order no drive is raised to its level without a fold."""
+    damping, omega = 0.05, (1.0, 3.0)
+    system = ModalSystem(damping=[damping], stiffness=[1.0], cubic=[[[[1.0]]]], direct=[1.0])
+    diagram = explore(system, omega, force, depth=0)
+    assert not [left for left in diagram.unexplored if left.kind != "window"]
+    base = diagram.branches[0]
+    assert base.omega[0] == pytest.approx(omega[0], rel=1e-3)
+    assert base.omega[-1] == pytest.approx(omega[1], rel=1e-3)
+    for index in np.flatnonzero(base.stable)[:: base.stable.sum() // 4]:
+        orbit = base.orbit(int(index))
+
+        def right_side(t, y, omega=orbit.omega):
+            return [y[1], force * np.cos(omega * t) - damping * y[1] - y[0] - y[0] ** 3]
+
+        assert closes(orbit, right_side) < CLOSES * base.amplitude.max()
