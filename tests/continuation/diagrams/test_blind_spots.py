@@ -201,4 +201,5 @@ def test_a_drive_that_is_hundreds_of_times_the_stiffness_is_followed_over_the_ra
         def right_side(t, y, omega=orbit.omega):
             return [y[1], force * np.cos(omega * t) - damping * y[1] - y[0] - y[0] ** 3]
 
-        assert closes(orbit, right_side) < CLOSES * base.amplitude.max()
+        speed = base.amplitude.max() ** 2  # of a motion that the cubic force alone turns back
+        assert closes(orbit, right_side) < CLOSES * speed
