@@ -18,7 +18,7 @@ from nanorom.continuation.branches.march import STRAIGHT, March, StepControl
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.orbit import Orbit
-from nanorom.continuation.system import ARRAYS
+from nanorom.continuation.scaled import ARRAYS
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 

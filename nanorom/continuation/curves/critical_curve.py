@@ -23,7 +23,7 @@ from nanorom.continuation.orbits.harmonics import (
     forced_support,
 )
 from nanorom.continuation.points.critical import CriticalBalance
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 

@@ -10,7 +10,7 @@ import numpy as np
 from nanorom.continuation.curves.critical_curve import CriticalCurve, CriticalPoint
 from nanorom.continuation.diagrams.diagram import SpecialPoint
 from nanorom.continuation.orbits.bifurcations import KINDS, REAL, TORUS
-from nanorom.continuation.orbits.coordinates import turned_by, with_symmetries
+from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.orbit import PeriodicOrbit, orbit_amplitudes
 from nanorom.continuation.settings import check_range
 from nanorom.continuation.system import TENSORS, ModalSystem
@@ -91,7 +91,7 @@ def locus(
             f"level: range ({level[0]:g}, {level[1]:g}) does not hold that of the point, {start:g}"
         )
     size = start or max(abs(level[0]), abs(level[1]))  # of the parameter, the unit of its steps
-    change = turned_by(system.change(added, unit), unit.shapes).times(size)
+    change = system.change(added, unit).times(size)
     least, most = sorted(value / size for value in level)
     limits = (low, high), (least, most)
     curve = CriticalCurve(
@@ -145,8 +145,8 @@ def _parameter(
         if not used:
             raise ContinuationError(f"parameter: the level of {parameter!r} is zero at the point")
         if parameter == "both":
-            return {name: levels[name] * getattr(system, name) for name in used}, 1.0
-        return {parameter: getattr(system, parameter)}, levels[parameter]
+            return {name: levels[name] * system.arrays()[name] for name in used}, 1.0
+        return {parameter: system.arrays()[parameter]}, levels[parameter]
     if parameter not in TENSORS:
         known = ", ".join((*LEVELS, *TENSORS))
         raise ContinuationError(f"parameter: {parameter!r}; choose one of {known}")

@@ -122,6 +122,7 @@ def _followed(
     step: float,
 ) -> Locus:
     direct, parametric = ladder.change
+    patterns = system.arrays()
     curve = locus(
         system,
         point,
@@ -129,7 +130,10 @@ def _followed(
         diagram.parametric,
         omega=(omega[0] / ASIDE, omega[1] * ASIDE),
         level=(ladder.ends[0] - step, ladder.ends[1] - step),
-        parameter={"direct": direct * system.direct, "parametric": parametric * system.parametric},
+        parameter={
+            "direct": direct * patterns["direct"],
+            "parametric": parametric * patterns["parametric"],
+        },
         steps=STEPS,
         largest_step=LARGEST_STEP,
         tolerance=TOLERANCE,

@@ -17,7 +17,7 @@ import numpy as np
 from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.bifurcations import FOLD, TORUS, Kind
 from nanorom.continuation.orbits.harmonics import Basis, Support, basis_for, full_support
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
@@ -134,7 +134,7 @@ class CriticalBalance:
         second, first = operator.second_weight * right, operator.derivative(right)
         # the rate multiplies d/dtheta, which for NS is d/dtheta + i shift
         turned = first + 1j * shift * right
-        inertia = float(operator.inertia)
+        inertia = operator.inertia
         slope = 2 * rate * (second + inertia * (2j * shift * first - shift**2 * right))
         by_rate = complex((left * (slope + turned @ operator.damping_t)).sum())
         change = inertia * rate**2 * (2j * first - 2 * shift * right)
@@ -242,11 +242,11 @@ class CriticalBalance:
         rows = len(basis.rows)
         turn = np.zeros((rows, rows))
         turn[np.arange(rows), basis.derivative_row] = basis.derivative_weight[:, 0]
-        eye = np.eye(size)
+        inertia = np.diag(operator.inertia)
         added = np.zeros((rows * size,) * 2, dtype=complex)
-        if operator.inertia:
-            added += 2j * shift * rate**2 * np.kron(turn, eye)
-            added -= (shift * rate) ** 2 * np.eye(rows * size)
+        if operator.inertia.any():
+            added += 2j * shift * rate**2 * np.kron(turn, inertia)
+            added -= (shift * rate) ** 2 * np.kron(np.eye(rows), inertia)
         added += 1j * shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
         if not operator.has_loss:
             return added
