@@ -59,7 +59,7 @@ class Rise:
         harmonics = next(h for h in self.tracer.ladder if h >= FIRST_HARMONICS)
         balance = self.tracer.balance(harmonics)
         axis = np.append(np.zeros(balance.basis.size), 1.0)
-        z, tangent, _ = self._correct(balance, 0 * axis, axis)
+        z, tangent, _ = self._correct(balance, np.zeros_like(axis), axis)
         start = _Place(balance, z, tangent)
         march = March(
             self._advance, start, StepControl(FIRST, LEAST_STEP, LARGEST_STEP, MOST_STEPS)
