@@ -84,6 +84,7 @@ def add_isolas(
     """The diagrams with the isolas to which curves of their folds, and orbits of neighbouring
     levels, lead.
 
+    omega : the range (low, high) in rad per unit of time of the system
     diagrams : those of `explore_levels`, in the order of the levels; the other parameters are those
         they were made with. A level that gained a branch serves its neighbours in turn.
     Raises ContinuationError as `explore_levels`.
