@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nanorom.results import cut
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.patterns.pattern import Pattern
@@ -119,6 +120,8 @@ def level_facts(response: Response) -> list[tuple[str, str]]:
         if diagram.unexplored:
             found += f", {len(diagram.unexplored)} not explored"
         levels.append((f"level {n}", f"{direct} direct, {parametric} parametric: {found}"))
+    if cut_peaks := cut.told(response):
+        levels.append(("still rising", f"where the range ends: {cut_peaks}"))
     if response.unfinished:
         levels.append(("to do", f"{response.unfinished} levels; the same command goes on"))
     return levels
