@@ -12,6 +12,7 @@ from nanorom.continuation.diagrams.diagram import SpecialPoint
 from nanorom.continuation.orbits.bifurcations import KINDS, REAL, TORUS
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.orbit import PeriodicOrbit, orbit_amplitudes
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import check_range
 from nanorom.continuation.system import TENSORS, ModalSystem
 from nanorom.continuation.threads import one_thread
@@ -111,11 +112,22 @@ def locus(
     )
     forward = curve.follow(first, 1.0, steps, largest_step)
     backward = curve.follow(first, -1.0, steps, largest_step)
-    points = backward[::-1] + forward[1:]
+    name = parameter if isinstance(parameter, str) else ", ".join(parameter)
+    return _result(point, name, backward[::-1] + forward[1:], unit, size)
+
+
+def _result(
+    point: SpecialPoint,
+    parameter: str,
+    points: list[CriticalPoint],
+    unit: ScaledSystem,
+    size: float,
+) -> Locus:
+    """Points of a curve in the units of the system and of its parameter."""
     coefficients = [unit.given(p.full) for p in points]
     return Locus(
         type=point.type,
-        parameter=parameter if isinstance(parameter, str) else ", ".join(parameter),
+        parameter=parameter,
         omega=np.array([p.rate for p in points]) * point.period_multiple * unit.frequency,
         level=np.array([p.level for p in points]) * size,
         amplitude=np.array([orbit_amplitudes(c[None])[0] for c in coefficients]),
