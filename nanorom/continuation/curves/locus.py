@@ -104,16 +104,17 @@ def locus(
         tolerance=tolerance,
         at=[value / size for value in at],
     )
-    first = CriticalPoint(
-        full=unit.inner(point.coefficients),
-        rate=point.omega / unit.frequency / point.period_multiple,
-        level=start / size,
-        shift=_second_frequency(point),
-    )
+    first = _scaled(point, unit, start / size)
     forward = curve.follow(first, 1.0, steps, largest_step)
     backward = curve.follow(first, -1.0, steps, largest_step)
     name = parameter if isinstance(parameter, str) else ", ".join(parameter)
     return _result(point, name, backward[::-1] + forward[1:], unit, size)
+
+
+def _scaled(point: SpecialPoint, unit: ScaledSystem, level: float) -> CriticalPoint:
+    """The point that a curve starts from."""
+    rate = point.omega / unit.frequency / point.period_multiple
+    return CriticalPoint(unit.inner(point.coefficients), rate, level, _second_frequency(point))
 
 
 def _result(
