@@ -73,12 +73,15 @@ class Phase:
 
 
 class PhasedBalance:
-    """The balance and the phase for the unknowns z = (x, rate, level)."""
+    """The balance and the phase for the unknowns z = (x, rate, level); both are linear in the
+    arrays of the system origin + level * change.
+    """
 
     def __init__(
         self, origin: ScaledSystem, change: ScaledSystem, basis: Basis, phase: Phase
     ) -> None:
-        self.origin, self.change, self.basis = origin, change, basis
+        self.basis = basis
+        self.balance = HarmonicBalance(origin, basis)
         self.by_level = HarmonicBalance(change, basis, inertia=False)
         self.weights = phase.weights(basis)
 
@@ -86,14 +89,16 @@ class PhasedBalance:
         """Residual (n + 1,) and Jacobian (n + 1, n + 2)."""
         basis, n = self.basis, self.basis.size
         rate, level, x = float(z[n]), float(z[n + 1]), basis.unpack(z[:n])
-        balance = HarmonicBalance(self.origin.plus(self.change, level), basis)
+        residual, by_level = (
+            basis.pack(each.residual(x, rate)) for each in (self.balance, self.by_level)
+        )
         jacobian = np.zeros((n + 1, n + 2))
-        jacobian[:n, :n] = balance.jacobian_t(x, rate).T
-        jacobian[:n, n] = basis.pack(balance.rate_derivative(x, rate))
-        jacobian[:n, n + 1] = basis.pack(self.by_level.residual(x, rate))
+        for weight, each in ((1.0, self.balance), (level, self.by_level)):
+            jacobian[:n, :n] += weight * each.jacobian_t(x, rate).T
+            jacobian[:n, n] += weight * basis.pack(each.rate_derivative(x, rate))
+        jacobian[:n, n + 1] = by_level
         jacobian[n, :n] = self.weights
-        residual = basis.pack(balance.residual(x, rate))
-        return np.append(residual, self.weights @ z[:n]), jacobian
+        return np.append(residual + level * by_level, self.weights @ z[:n]), jacobian
 
 
 @attrs.define(eq=False, kw_only=True)
