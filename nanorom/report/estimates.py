@@ -9,6 +9,7 @@ import numpy as np
 from nanorom.continuation.diagrams.selection import PLAIN
 from nanorom.results.estimates import Estimates
 from nanorom.results.response import Response
+from nanorom.scene.units import with_unit
 
 TOLD = 1e-2  # error of a point from which a response says that modes are missing
 MOST_NAMED = 3  # modes
@@ -34,7 +35,7 @@ def facts(response: Response) -> list[tuple[str, str]]:
             shares = known.growth_share[row]
             grown = [(labels[k], shares[k]) for k in np.argsort(-shares)]
             names = [f"{name} {share:.0%}" for name, share in grown[:MOST_NAMED] if share > 0.05]
-            at = f"{known.growth_omega[row] / (2 * np.pi):.6e} Hz on branch"
+            at = f"{_frequency(known.growth_omega[row])} on branch"
             found.append(
                 (
                     f"unstable at level {level}",
@@ -60,8 +61,12 @@ def _worst(response: Response, known: Estimates) -> str:
     size = f"{known.error[row]:.1e}"
     if not np.isfinite(known.omega_change[row]):
         size = "no such point"
-    text = f"{size} with more modes, {kind}at {known.omega[row] / (2 * np.pi):.6e} Hz"
+    text = f"{size} with more modes, {kind}at {_frequency(known.omega[row])}"
     return text + (f", by {made}" if made else "")
+
+
+def _frequency(omega: float) -> str:
+    return with_unit(float(omega / (2 * np.pi)), "Hz", 6)
 
 
 def _names(shares: list[tuple[str, float]]) -> list[str]:

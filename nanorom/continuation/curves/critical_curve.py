@@ -1,0 +1,29 @@
+"""Curves of orbits with a critical multiplier in the plane of drive frequency and a parameter.
+
+The balance and the criticality of the orbit (`critical`) are followed. Where the parameter turns
+back along the curve there is a cusp of folds, or the tip of a tongue. Source: Detroux et al. 2015,
+doi:10.1016/j.cma.2015.07.017 (bifurcation tracking with harmonic balance).
+"""
+
+from __future__ import annotations
+
+import attrs
+
+from nanorom.continuation.curves.curve import Curve
+from nanorom.continuation.orbits.bifurcations import Kind
+from nanorom.continuation.orbits.harmonics import Support
+from nanorom.continuation.points.critical import CriticalBalance
+
+
+@attrs.define(eq=False, kw_only=True)
+class CriticalCurve(Curve):
+    """Orbits at a bifurcation of one kind; of a Neimark-Sacker point, the further unknown is the
+    second frequency by the rate.
+    """
+
+    kind: Kind
+
+    def equations(self, support: Support, harmonics: int) -> CriticalBalance:
+        return CriticalBalance(
+            self.origin, self.change, support, self.kind, self.multiple, harmonics
+        )
