@@ -165,15 +165,27 @@ def _driven(model: ReducedModel, question: Question) -> list[int]:
     natural = np.sqrt(stiffness / mass)
     drive, found = question.drive, np.zeros(model.size, dtype=bool)
     if max(drive.direct) > 0:
-        sweep = np.linspace(start, stop, FREQUENCIES)[:, None] * np.ones(model.size)
-        at = np.concatenate([sweep, np.clip(natural, start, stop)[None]])  # peaks among them
-        force = np.abs(stiffness - at**2 * mass + 1j * at * damping)
-        size = np.abs(system.direct / force).max(axis=0)
+        size = np.zeros(model.size)
+        for harmonic, force in _tones(system.direct_drive[: model.size]):
+            sweep = harmonic * np.linspace(start, stop, FREQUENCIES)[:, None]
+            peaks = np.clip(natural, harmonic * start, harmonic * stop)[None]
+            at = np.concatenate([sweep * np.ones(model.size), peaks])
+            resisting = np.abs(stiffness - at**2 * mass + 1j * at * damping)
+            size = np.maximum(size, (force / resisting).max(axis=0))
         swept = (start <= natural) & (natural <= stop)
         found |= size >= np.where(swept, RESONANT, DRIVEN) * size.max()
     if max(drive.parametric) > 0:
-        pumped = max(drive.parametric) * np.abs(np.diag(system.parametric))
-        found |= (pumped > 2 * damping * natural) & (start <= 2 * natural) & (2 * natural <= stop)
+        for harmonic, pattern in _tones(system.parametric_drive):
+            pumped = max(drive.parametric) * np.diag(pattern) > 2 * damping * natural
+            found |= pumped & (harmonic * start <= 2 * natural) & (2 * natural <= harmonic * stop)
     if not found.any():
         found[0] = True
     return [int(n) for n in np.flatnonzero(found)]
+
+
+def _tones(terms: Array) -> list[tuple[int, Array]]:
+    """Number and size (...) of each harmonic of a drive (..., 2K + 1) in the terms 1, cos, ..."""
+    count = (terms.shape[-1] - 1) // 2
+    pairs = terms[..., 1:].reshape(*terms.shape[:-1], count, 2)
+    size = np.linalg.norm(pairs, axis=-1)
+    return [(k + 1, size[..., k]) for k in range(count)]

@@ -9,7 +9,7 @@ import numpy as np
 
 from nanorom.continuation import ModalSystem
 from nanorom.rom.model import ReducedModel
-from nanorom.rom.patterns import aimed
+from nanorom.rom.patterns import aimed, driven
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 
@@ -27,7 +27,7 @@ class Question:
         model = aimed(model, self.drive)
         if self.damping is not None:
             model = model.with_damping(self.damping)
-        system = model.system(self.drive.direct_pattern, self.drive.parametric_pattern)
+        system = driven(model, self.drive)
         start, stop = self.sweep.hertz(float(model.frequency[0]))
         options = {"depth": self.sweep.depth, "tolerance": self.sweep.tolerance}
         known = {name: value for name, value in options.items() if value is not None}
