@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
     from nanorom.scene.load import Load
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
-    from nanorom.scene.support import Spring, Support
+    from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.workflow import full_orbit, reduce, run, tune, verify
 
 _HOMES = {
@@ -63,6 +63,8 @@ _HOMES = {
         "Scene",
     ),
     "scene.support": (
+        "Edge",
+        "PlaneSpring",
         "Spring",
         "Support",
     ),
@@ -82,6 +84,7 @@ __all__ = [
     "Damping",
     "Disc",
     "Drive",
+    "Edge",
     "Excitation",
     "Frequency",
     "Load",
@@ -90,6 +93,7 @@ __all__ = [
     "MeshFile",
     "Modes",
     "NanoromError",
+    "PlaneSpring",
     "Plate",
     "Rectangle",
     "ReducedModel",

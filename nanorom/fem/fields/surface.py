@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -31,13 +32,25 @@ class Membrane(Surface, Protocol):
     """A flat film that also stretches in its plane.
 
     in_plane : space of the in-plane displacement; nu, membrane_stiffness : constants of the
-    material; supported : local facets where the in-plane displacement is held.
+    material; held_in_plane, elastic_in_plane : (local nodes, 3) tensors of the directions in which
+    supports hold it rigidly and elastically, see `holding`.
     """
 
     in_plane: Any
     nu: Any
     membrane_stiffness: Any
-    supported: np.ndarray
+    held_in_plane: np.ndarray
+    elastic_in_plane: np.ndarray
 
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""
+
+    def compiled(self, write: Callable[[], Any]) -> Any:
+        """Form that one of its methods writes, ready to be assembled."""
+
+    def plane_spring_form(self) -> Any:
+        """Stiffness of elastic edges in the plane."""
+
+    @property
+    def elastic(self) -> bool:
+        """Some edges are held elastically in the plane."""

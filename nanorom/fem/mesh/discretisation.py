@@ -25,7 +25,7 @@ from nanorom.scene.geometry import (
     String,
 )
 from nanorom.scene.scene import Scene
-from nanorom.scene.support import Kind, Spring
+from nanorom.scene.support import Kind, Spring, deflection_of
 
 DEGREE = 8
 WAVES = (2.66, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
@@ -217,9 +217,7 @@ def _rectangle(
     lines = {}
     for axis, side in sides.items():
         low, high = (
-            _within(
-                side / 2, _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance)
-            )
+            _within(side / 2, _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance))
             for end in OPPOSITE[axis]
         )
         half = axis in mirrors.axes
@@ -243,13 +241,12 @@ def _rectangle(
     return Discretisation(file, parameters, degree, 1, Grading(move), mirrors, corners=corners)
 
 
-def _end_rows(
-    kind: Kind, size: float, layer: float, tolerance: float | None
-) -> np.ndarray:
+def _end_rows(kind: Kind, size: float, layer: float, tolerance: float | None) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
     layer : in which it bends, if clamped.
     """
+    kind = deflection_of(kind)
     if tolerance is None or not (kind == "clamped" or isinstance(kind, Spring)):
         return np.empty(0)
     return _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))

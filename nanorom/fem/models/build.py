@@ -15,7 +15,7 @@ from nanorom.fem.solvers import compat, groups
 from nanorom.fem.symmetry import Mirrors, line
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
-from nanorom.scene.support import Kind, Spring
+from nanorom.scene.support import Kind, Spring, deflection_of, in_plane_of
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
@@ -48,23 +48,26 @@ def build_plate(
     kinds = boundary_kinds(scene, list(domain.facets), part)
     check_boundary(scene, domain, kinds)
     check_turning(domain, kinds, part)
+    held = {side: deflection_of(kind) for side, kind in kinds.items()}
     springs = {
         side: (
             None if kind.spring is None else kind.spring * scales.length / scales.tension,
             kind.rotational / (scales.length * scales.tension),
         )
-        for side, kind in kinds.items()
+        for side, kind in held.items()
         if isinstance(kind, Spring)
     }
     plate = Plate(
         domain,
         chosen.degree,
-        clamped=[side for side, kind in kinds.items() if kind == "clamped"],
-        pinned=[side for side, kind in kinds.items() if kind == "simply_supported"],
+        clamped=[side for side, kind in held.items() if kind == "clamped"],
+        pinned=[side for side, kind in held.items() if kind == "simply_supported"],
         bending=scales.bending > 0,
         mirrors=part,
         springs=springs,
+        in_plane={side: _in_plane(kind, scales) for side, kind in kinds.items()},
     )
+    plate.tension_xy.value = scene.tension.xy / scales.tension
     plate.tension_x.value = scene.tension.x / scales.tension
     plate.tension_y.value = scene.tension.y / scales.tension
     plate.bending_stiffness.value = scales.bending
@@ -73,15 +76,31 @@ def build_plate(
     return plate
 
 
+def _in_plane(kind: Kind, scales: Scales) -> str | tuple[float, float]:
+    """How a support holds the film in its plane, stiffnesses in units of its own."""
+    held = in_plane_of(kind)
+    if isinstance(held, str):
+        return held
+    unit = scales.cubic * scales.length  # E h per length
+    return held.normal / unit, held.tangential / unit
+
+
 def pulls_at_free_edge(plate: Plate) -> bool:
-    """Whether a constant tension pulls at a free edge: it would not stay there. Collective."""
-    surface = plate.domain.mesh
+    """Whether a constant tension pulls at an edge along what nothing rigid holds. Collective.
+
+    It would not stay there.
+    """
+    surface, edges = plate.domain.mesh, plate.edges_in_plane
     mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
-    free = np.setdiff1d(compat.exterior_facets(surface), np.union1d(plate.supported, mirrors))
-    ends = surface.geometry.x[compat.facet_vertices(surface, free), :2]
+    loose = np.setdiff1d(compat.exterior_facets(surface), np.union1d(edges["fixed"], mirrors))
+    ends = surface.geometry.x[compat.facet_vertices(surface, loose), :2]
     along = ends[:, 1] - ends[:, 0]
-    normal = along[:, ::-1] / np.linalg.norm(along, axis=1, keepdims=True)
-    pull = np.abs(normal * [float(plate.tension_x.value), float(plate.tension_y.value)])
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    normal = along[:, ::-1] * [1.0, -1.0]
+    traction = normal @ plate.tension_tensor()
+    pull = np.abs(np.column_stack([np.sum(traction * d, axis=1) for d in (normal, along)]))
+    for column, kind in enumerate(("normal", "tangential")):
+        pull[np.isin(loose, edges[kind]), column] = 0.0
     return max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL
 
 
@@ -95,7 +114,7 @@ def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str,
                 f"allowed: {', '.join(sorted(tags)) or 'none, as it has no physical curves'}"
             )
     kinds = {tag: scene.support.kind(tag) for tag in tags}
-    if all(kind == "free" for kind in kinds.values()):
+    if all(kind == "free" for kind in kinds.values()) and not scene.support.free:
         raise SceneError(
             "support: no boundary of the mesh is held; name a physical curve of the mesh "
             "and give it a kind"
@@ -132,10 +151,13 @@ def check_turning(domain: mesh.Domain, kinds: dict[str, Kind], mirrors: Mirrors)
     """
     held = []
     for name, kind in kinds.items():
+        kind = deflection_of(kind)
         if kind == "clamped" or isinstance(kind, Spring) and kind.rotational > 0:
             return
         if kind != "free":
             held.append(name)
+    if not domain.comm.allreduce(len(held)):
+        return  # its rigid motions are left out
     vertices = compat.facet_vertices(domain.mesh, domain.facets_of(held))
     points = domain.mesh.geometry.x[np.unique(vertices), :2]
     points, _ = mirrors.unfold(points, np.empty((0, len(points))), [])

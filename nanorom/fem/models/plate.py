@@ -26,6 +26,7 @@ import ufl
 from dolfinx import fem
 from ufl.geometry import FacetJacobianDeterminant
 
+from nanorom.fem.fields import holding
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.models.gate import Attraction
 from nanorom.fem.solvers import compat, forms
@@ -55,9 +56,11 @@ class Plate:
     domain : the mesh and its tagged boundary.
     degree : of the deflection and of the in-plane displacement.
     clamped, pinned : names of the boundary curves where the film is clamped or simply supported;
-        on both w = 0 and u = 0.
+        on both w = 0, and u = 0.
     springs : names of boundary curves -> transverse and rotational stiffness per length; there
-        u = 0, and w = 0 where the transverse one is None.  All other curves are free.
+        w = 0 where the transverse one is None, and u = 0.  All other curves are free.
+    in_plane : names of boundary curves -> how u is held there instead: "fixed", "normal" (across
+        the curve), "tangential" (along it), "free", or normal and tangential stiffness per length.
     bending : with bending stiffness (plate) or without (membrane).
     mirrors : axes at which the domain is cut; integrals are over the part that is meshed.
 
@@ -80,6 +83,7 @@ class Plate:
         bending: bool,
         mirrors: Mirrors | None = None,
         springs: Mapping[str, tuple[float | None, float]] | None = None,
+        in_plane: Mapping[str, str | tuple[float, float]] | None = None,
     ) -> None:
         mesh = domain.mesh
         self.domain = domain
@@ -89,7 +93,12 @@ class Plate:
         springs = springs or {}
         rigid = [name for name, (transverse, _) in springs.items() if transverse is None]
         self.held = domain.facets_of([*clamped, *pinned, *rigid])
-        self.supported = domain.facets_of([*clamped, *pinned, *springs])
+        kinds = dict.fromkeys([*clamped, *pinned, *springs], "fixed") | dict(in_plane or {})
+        self.edges_in_plane = {
+            kind: domain.facets_of([name for name, own in kinds.items() if own == kind])
+            for kind in ("fixed", "normal", "tangential")
+        }
+        elastic = {name: own for name, own in kinds.items() if not isinstance(own, str)}
         self.clamped = domain.facets_of(clamped)
         self.deflections = compat.lagrange_space(mesh, degree)
         self.in_plane = compat.lagrange_space(mesh, degree, components=2)
@@ -97,6 +106,7 @@ class Plate:
         self.u = fem.Function(self.in_plane)
         self.tension_x = fem.Constant(mesh, 1.0)
         self.tension_y = fem.Constant(mesh, 1.0)
+        self.tension_xy = fem.Constant(mesh, 0.0)
         self.bending_stiffness = fem.Constant(mesh, 0.0)
         self.nu = fem.Constant(mesh, 0.0)
         self.membrane_stiffness = fem.Constant(mesh, 1.0)
@@ -104,20 +114,35 @@ class Plate:
             (domain.facets_of([name]), fem.Constant(mesh, np.array([k or 0.0, turning])))
             for name, (k, turning) in springs.items()
         ]
+        self.plane_springs = [
+            (domain.facets_of([name]), fem.Constant(mesh, np.array(stiffness)))
+            for name, stiffness in elastic.items()
+        ]
+        self.held_in_plane = holding.directions(self, self.in_plane, self.edges_in_plane)
+        self.elastic_in_plane = np.zeros_like(self.held_in_plane)
+        for facets, stiffness in self.plane_springs:
+            some = zip(("normal", "tangential"), stiffness.value)
+            self.elastic_in_plane += holding.directions(
+                self, self.in_plane, {kind: facets for kind, value in some if value > 0}
+            )
         self.even = {axis: fem.Constant(mesh, 0.0) for axis in self.mirrors.axes}
         groups = [self.clamped, *map(self.on_mirror, self.even)]
         groups += [facets for facets, _ in self.springs]
         self._clamped_edge, *others = compat.facet_measures(
-            mesh, groups, {"quadrature_degree": 2 * degree}
+            mesh,
+            groups,
+            {"quadrature_degree": 2 * degree},
+            [facets for facets, _ in self.plane_springs],
         )
         self._mirror_edges = others[: len(self.even)]
-        self._elastic_edges = others[len(self.even) :]
-        constants = [self.tension_x, self.tension_y, self.bending_stiffness, self.nu]
-        constants += [self.membrane_stiffness, *self.even.values()]
+        self._elastic_edges = others[len(self.even) : len(self.even) + len(self.springs)]
+        self._plane_edges = others[len(self.even) + len(self.springs) :]
+        constants = [self.tension_x, self.tension_y, self.tension_xy, self.nu]
+        constants += [self.bending_stiffness, self.membrane_stiffness, *self.even.values()]
         self.operands = forms.Operands(
             [self.deflections, self.in_plane],
             [self.w, self.u],
-            [*constants, *(stiffness for _, stiffness in self.springs)],
+            [*constants, *(stiffness for _, stiffness in (*self.springs, *self.plane_springs))],
             self._clamped_edge.subdomain_data(),
         )
         self.solvers = Solvers()
@@ -128,6 +153,11 @@ class Plate:
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""
         return self.domain.facets_of([line(axis)])
+
+    @property
+    def elastic(self) -> bool:
+        """Some edges are held elastically in the plane."""
+        return bool(self.plane_springs)
 
     def odd_facets(self, parity: Parity) -> np.ndarray:
         """Local facets on which a deflection of a parity vanishes: rigid supports, odd mirrors."""
@@ -149,7 +179,8 @@ class Plate:
         """1/2 int E:C:E, quadratic in u and quartic in w."""
         strain = membrane_strain(u, w, self.shape)
         density = ufl.inner(strain, membrane_stress(strain, self.nu))
-        return 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
+        energy = 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
+        return energy + self.plane_spring_energy(u) if self.elastic else energy
 
     def tangent_energy(self, u: Any, w: Any) -> Any:
         """The part of the stretching energy that is quadratic in (u, w)."""
@@ -157,7 +188,18 @@ class Plate:
         if self.shape is not None:
             strain = strain + ufl.sym(ufl.outer(ufl.grad(self.shape), ufl.grad(w)))
         density = ufl.inner(strain, membrane_stress(strain, self.nu))
-        return 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
+        energy = 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
+        return energy + self.plane_spring_energy(u) if self.elastic else energy
+
+    def plane_spring_energy(self, u: Any) -> Any:
+        """Energy of the edges that are elastic in the plane, per length in E h."""
+        normal, energy = ufl.FacetNormal(self.domain.mesh), 0
+        for (_, stiffness), edge in zip(self.plane_springs, self._plane_edges):
+            across = ufl.dot(u, normal)
+            along = u[1] * normal[0] - u[0] * normal[1]
+            density = stiffness[0] * across**2 + stiffness[1] * along**2
+            energy = energy + 0.5 * self.membrane_stiffness * density * edge
+        return energy
 
     def attraction_energy(self, w: Any) -> Any:
         """Energy of the attraction to the gate beyond second order in w."""
@@ -172,6 +214,7 @@ class Plate:
     def tension_energy(self, w: Any) -> Any:
         """1/2 int N0:(grad w (x) grad w)."""
         density = self.tension_x * w.dx(0) ** 2 + self.tension_y * w.dx(1) ** 2
+        density = density + 2 * self.tension_xy * w.dx(0) * w.dx(1)
         energy = 0.5 * density * self.dx(2 * self.degree)
         if self.prestress is None:
             return energy
@@ -181,7 +224,9 @@ class Plate:
 
     def preload_energy(self, u: Any, w: Any) -> Any:
         """int N0:E as far as it is linear in (u, w)."""
-        force = ufl.as_matrix([[self.tension_x, 0.0], [0.0, self.tension_y]])
+        force = ufl.as_matrix(
+            [[self.tension_x, self.tension_xy], [self.tension_xy, self.tension_y]]
+        )
         strain = ufl.sym(ufl.grad(u))
         if self.prestress is not None:
             force = force + self.prestress
@@ -266,8 +311,10 @@ class Plate:
             return compat.form(write())
         mesh = self.domain.mesh
         element = self.degree, compat.cell_nodes(mesh).shape[1], mesh.geometry.dim
-        kind = write.__name__, *element, self.bending, self.mirrors.axes, len(self.springs)
-        return forms.compiled(kind, write, self.operands)
+        edges = self.mirrors.axes, len(self.springs), len(self.plane_springs)
+        return forms.compiled(
+            (write.__name__, *element, self.bending, *edges), write, self.operands
+        )
 
     def stiffness_form(self) -> Any:
         """Transverse stiffness K: second derivative of the linear energy."""
@@ -300,3 +347,19 @@ class Plate:
         """In-plane stiffness: second derivative of the stretching energy in u, whatever w."""
         energy = self.stretching_energy(self.u, self.w)
         return ufl.derivative(ufl.derivative(energy, self.u), self.u)
+
+    def plane_spring_form(self) -> Any:
+        """The part of that which elastic edges have."""
+        energy = self.plane_spring_energy(self.u)
+        return ufl.derivative(ufl.derivative(energy, self.u), self.u)
+
+    def curvature_form(self) -> Any:
+        """2 D int kappa:kappa |grad w|^2, the cubic coefficient of bending without stretching."""
+        slope, w = ufl.grad(self.w), self.w
+        density = ufl.inner(self._moment(w), ufl.grad(ufl.grad(w))) * ufl.inner(slope, slope)
+        return 2 * self.bending_stiffness * density * self.dx(self.stretching_degree)
+
+    def tension_tensor(self) -> np.ndarray:
+        """(2, 2) of the constant tension."""
+        x, y, xy = (float(t.value) for t in (self.tension_x, self.tension_y, self.tension_xy))
+        return np.array([[x, xy], [xy, y]])

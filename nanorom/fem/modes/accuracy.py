@@ -83,7 +83,7 @@ def stiffening_of(plate: Plate, tension: float | None) -> float:
     Where load made that tension by a deflection w, a mode also stretches the film along grad w,
     by no more than twice of it.
     """
-    own = 0.5 * (float(plate.tension_x.value) + float(plate.tension_y.value))
+    own = 0.5 * float(np.trace(plate.tension_tensor()))
     return 0.0 if tension is None else 3 * max(tension - own, 0.0)
 
 
@@ -155,11 +155,12 @@ def extrapolated(tails: np.ndarray) -> np.ndarray:
 def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
     """Energies (3, n) of tension and bending in this rank's cells, see `_tails`."""
     dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
-    tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)]) + stiffening
+    values, axes = np.linalg.eigh(plate.tension_tensor())
+    tension = (axes * (np.abs(values) + stiffening)) @ axes.T
     bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
     tails = np.zeros((3, deflections.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
-        slopes = np.einsum("c,d,cad,cbd->cab", area, tension, inverse, inverse)
+        slopes = np.einsum("c,de,cad,cbe->cab", area, tension, inverse, inverse)
         curvatures = None
         if bending:
             # grad grad of the reference cell's xx, xy and yy, the curvature of the map left out

@@ -39,7 +39,7 @@ def told(plate: Plate, tension: Tension, loaded: bool) -> str:
         )
     if plate.prestress is not None or plate.shape is not None or plate.attraction is not None:
         return "the static state is not stable under its load; lower the load or raise the tension"
-    if tension.x == tension.y == 0:
+    if tension.x == tension.y == tension.xy == 0:
         return (
             "the film is not stable: its supports leave it a motion that nothing resists; hold "
             "more of its sides, or clamp one"
@@ -47,6 +47,8 @@ def told(plate: Plate, tension: Tension, loaded: bool) -> str:
     factor = critical_factor(plate)
     x, y = factor * tension.x, factor * tension.y
     values = f"{x:.8g} N/m" if x == y else f"{x:.8g} N/m along x and {y:.8g} N/m along y"
+    if tension.xy:
+        values += f" with a shear of {factor * tension.xy:.8g} N/m"
     return (
         f"the flat state is not stable: the film buckles at {factor:.6g} of the stated tension; "
         f"the critical tension is {values}: raise the tension above it"
@@ -58,19 +60,23 @@ def critical_factor(plate: Plate) -> float:
 
     Raises SolverError if no factor makes it buckle.
     """
-    tension = float(plate.tension_x.value), float(plate.tension_y.value)
+    constants = plate.tension_x, plate.tension_y, plate.tension_xy
+    tensions = [float(constant.value) for constant in constants]
     rigidity = float(plate.bending_stiffness.value)
     springs = [stiffness.value.copy() for _, stiffness in plate.springs]
     try:
-        plate.tension_x.value = plate.tension_y.value = 0.0
+        for constant in constants:
+            constant.value = 0.0
         bending = ClassStiffness(plate)
-        plate.tension_x.value, plate.tension_y.value = tension
+        for constant, value in zip(constants, tensions):
+            constant.value = value
         plate.bending_stiffness.value = 0.0
         for _, stiffness in plate.springs:
             stiffness.value = np.zeros(2)
         geometric = algebra.assemble(plate.compiled(plate.stiffness_form))
     finally:
-        plate.tension_x.value, plate.tension_y.value = tension
+        for constant, value in zip(constants, tensions):
+            constant.value = value
         plate.bending_stiffness.value = rigidity
         for (_, stiffness), value in zip(plate.springs, springs):
             stiffness.value = value

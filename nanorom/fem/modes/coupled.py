@@ -71,16 +71,18 @@ class CoupledSolver(eigen.ClassSolver):
         self.parity = parity
         self.film = film
         self.plate = film.plate
-        self.free = algebra.FreeDofs(film.space, film.fixed(parity))
+        self.free = film.free_dofs(parity)
         self._stiffness, self._mass = stiffness, mass
         self._linear_force = force
+        self._shift = None
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))
 
+    def _rigid_motions(self, mass: PETSc.Mat) -> int:
+        """None: a film that is not flat is held."""
+        return 0
+
     def deflection(self, i: int) -> np.ndarray:
         """Deflection (local dofs,) of a mode, numbered as the plate does. Collective."""
-        state = self.film.state.x
-        state.array[:] = 0.0
-        state.array[self.free.local] = self.vectors[:, i]
-        state.scatter_forward()
+        self.film.state.x.array[:] = self.free.extended(self.vectors[:, i : i + 1])[:, 0]
         return self.film.deflection()

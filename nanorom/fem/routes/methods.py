@@ -149,8 +149,7 @@ def viscous(
         raise SceneError("damping.material_time: only for a film that its load leaves flat")
     if plate.springs:
         raise SceneError("damping.material_time: only for rigid supports; found springs")
-    tension = float(plate.tension_x.value), float(plate.tension_y.value)
-    bending = products.stiffness - np.einsum("d,drs->rs", tension, products.slopes)
+    bending = products.stiffness - products.tensioned(plate.tension_tensor())
     in_plane, unit = scene.reduction.in_plane, float(plate.membrane_stiffness.value)
     pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
     return {

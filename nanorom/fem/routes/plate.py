@@ -33,6 +33,7 @@ from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import is_of_revolution
+from nanorom.fem.tensors import inextensional
 from nanorom.files.partial import Journal
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
@@ -299,6 +300,9 @@ class PlateRoute(Route):
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
         check_uncoupled(stiffness, solution.names)
+        own, unit = np.einsum("iiii->i", force.cubic), scales.tension / scales.length**2
+        curvature = inextensional.curvature_cubic(modes, own / unit, products.stiffness.diagonal())
+        of_range = inextensional.told(curvature, own / unit, solution.names, unit)
         parts = Parts(
             frequency=frequency,
             mass=scales.mass * products.mass,
@@ -315,7 +319,7 @@ class PlateRoute(Route):
             viscous=viscous(scene, scales, modes, products),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
-            diagnostics=solution.diagnostics | _size(plate),
+            diagnostics=solution.diagnostics | of_range | _size(plate),
         )
         mass_matrix = modes.mass  # it keeps the film's communicator
         del solution, modes, plate, products, force
