@@ -39,8 +39,8 @@ def strain_of_cells(field: quadrature.CellFields, u: np.ndarray, v: np.ndarray) 
 
 def force(plate: Membrane, strain: np.ndarray) -> np.ndarray:
     """C:E, components (3, ...), of strains (3, ...)."""
-    nu = float(plate.nu.value)
-    scale = float(plate.membrane_stiffness.value) / (1 - nu**2)
+    nu = plate.stiffness.poisson_ratio
+    scale = plate.stiffness.stretching / (1 - nu**2)
     xx, yy, xy = strain
     return scale * np.stack([xx + nu * yy, yy + nu * xx, (1 - nu) * xy])
 
@@ -105,12 +105,12 @@ def free_dofs(plate: Membrane, parity: Parity = ()) -> algebra.FreeDofs:
 
 def constraints(plate: Membrane, parity: Parity = ()) -> Constraints:
     """What supports and mirrors hold of displacements whose strains have a parity. Collective."""
-    tensor = plate.held_in_plane.copy()
+    tensor = plate.holding.rigid.copy()
     for axis, odd in zip(plate.mirrors.axes, parity):
         nodes = fem.locate_dofs_topological(plate.in_plane, 1, plate.on_mirror(axis))
         across = AXES.index(axis)
         tensor[nodes, 1 - across if odd else across] += 1.0
-    return holding.constraints(plate, plate.in_plane, tensor, plate.elastic_in_plane)
+    return holding.constraints(plate.in_plane, tensor, plate.holding.elastic)
 
 
 def spring_work(plate: Membrane, displacements: np.ndarray) -> np.ndarray:

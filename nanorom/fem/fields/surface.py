@@ -2,55 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
+from nanorom.fem.fields.holding import Holding
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.symmetry import Mirrors
 
 
 class Surface(Protocol):
-    """A meshed film, flat or in space, with a space for its deflections.
+    """A meshed film, flat or in space, with a space for its deflections."""
 
-    domain : the mesh and its tagged boundary; degree : of the deflections; mirrors : axes at which
-    the domain is cut; deflections : scalar Lagrange space; stretching_degree : of the quadrature.
-    """
+    @property
+    def domain(self) -> Domain:
+        """The mesh and its tagged boundary."""
 
-    domain: Domain
-    degree: int
-    mirrors: Mirrors
-    deflections: Any
+    @property
+    def degree(self) -> int:
+        """Of the deflections."""
+
+    @property
+    def mirrors(self) -> Mirrors:
+        """Axes at which the domain is cut."""
+
+    @property
+    def deflections(self) -> Any:
+        """Scalar Lagrange space."""
 
     @property
     def stretching_degree(self) -> int:
         """Quadrature degree for products of four slopes."""
 
 
+class Elastic(Protocol):
+    """What a film resists stretching with, in its own units."""
+
+    @property
+    def stretching(self) -> float:
+        """E h."""
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Of an isotropic material."""
+
+    @property
+    def in_plane(self) -> Mapping[str, tuple[float, float]]:
+        """Stiffness of the edges that are elastic in the plane."""
+
+
 class Membrane(Surface, Protocol):
-    """A flat film that also stretches in its plane.
+    """A flat film that also stretches in its plane."""
 
-    in_plane : space of the in-plane displacement; nu, membrane_stiffness : constants of the
-    material; held_in_plane, elastic_in_plane : (local nodes, 3) tensors of the directions in which
-    supports hold it rigidly and elastically, see `holding`.
-    """
+    @property
+    def in_plane(self) -> Any:
+        """Space of the in-plane displacement."""
 
-    in_plane: Any
-    nu: Any
-    membrane_stiffness: Any
-    held_in_plane: np.ndarray
-    elastic_in_plane: np.ndarray
+    @property
+    def stiffness(self) -> Elastic:
+        """Of the material."""
+
+    @property
+    def holding(self) -> Holding:
+        """Where and how supports hold the in-plane displacement."""
 
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""
 
-    def compiled(self, write: Callable[[], Any]) -> Any:
+    def compiled(self, write: Callable[..., Any], switches: Sequence[Any] = ()) -> Any:
         """Form that one of its methods writes, ready to be assembled."""
 
     def plane_spring_form(self) -> Any:
-        """Stiffness of elastic edges in the plane."""
-
-    @property
-    def elastic(self) -> bool:
-        """Some edges are held elastically in the plane."""
+        """Stiffness of the edges that are elastic in the plane."""

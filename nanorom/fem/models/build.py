@@ -10,12 +10,14 @@ from nanorom.errors import SceneError
 from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import compat, groups
+from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, line
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
-from nanorom.scene.support import Kind, Spring, deflection_of, in_plane_of
+from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
@@ -49,6 +51,13 @@ def build_plate(
     check_boundary(scene, domain, kinds)
     check_turning(domain, kinds, part)
     held = {side: deflection_of(kind) for side, kind in kinds.items()}
+    in_plane = {side: in_plane_of(kind) for side, kind in kinds.items()}
+    unit = scales.cubic * scales.length  # E h per length
+    yielding = {
+        side: (kind.normal / unit, kind.tangential / unit)
+        for side, kind in in_plane.items()
+        if isinstance(kind, PlaneSpring)
+    }
     springs = {
         side: (
             None if kind.spring is None else kind.spring * scales.length / scales.tension,
@@ -57,32 +66,22 @@ def build_plate(
         for side, kind in held.items()
         if isinstance(kind, Spring)
     }
-    plate = Plate(
+    return Plate.on(
         domain,
         chosen.degree,
         clamped=[side for side, kind in held.items() if kind == "clamped"],
         pinned=[side for side, kind in held.items() if kind == "simply_supported"],
-        bending=scales.bending > 0,
+        stiffness=Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs, yielding),
+        state=State(
+            (scene.tension.x / scales.tension, scene.tension.y / scales.tension),
+            shear=scene.tension.xy / scales.tension,
+        ),
         mirrors=part,
-        springs=springs,
-        in_plane={side: _in_plane(kind, scales) for side, kind in kinds.items()},
+        in_plane={
+            side: kind if isinstance(kind, str) else "free" for side, kind in in_plane.items()
+        },
+        solvers=Solvers(scene.reduction.solver),
     )
-    plate.tension_xy.value = scene.tension.xy / scales.tension
-    plate.tension_x.value = scene.tension.x / scales.tension
-    plate.tension_y.value = scene.tension.y / scales.tension
-    plate.bending_stiffness.value = scales.bending
-    plate.nu.value = scene.material.poisson_ratio
-    plate.solvers.kind = scene.reduction.solver
-    return plate
-
-
-def _in_plane(kind: Kind, scales: Scales) -> str | tuple[float, float]:
-    """How a support holds the film in its plane, stiffnesses in units of its own."""
-    held = in_plane_of(kind)
-    if isinstance(held, str):
-        return held
-    unit = scales.cubic * scales.length  # E h per length
-    return held.normal / unit, held.tangential / unit
 
 
 def pulls_at_free_edge(plate: Plate) -> bool:
@@ -90,14 +89,14 @@ def pulls_at_free_edge(plate: Plate) -> bool:
 
     It would not stay there.
     """
-    surface, edges = plate.domain.mesh, plate.edges_in_plane
+    surface, edges = plate.domain.mesh, plate.holding.edges
     mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
     loose = np.setdiff1d(compat.exterior_facets(surface), np.union1d(edges["fixed"], mirrors))
     ends = surface.geometry.x[compat.facet_vertices(surface, loose), :2]
     along = ends[:, 1] - ends[:, 0]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     normal = along[:, ::-1] * [1.0, -1.0]
-    traction = normal @ plate.tension_tensor()
+    traction = normal @ plate.state.tensor
     pull = np.abs(np.column_stack([np.sum(traction * d, axis=1) for d in (normal, along)]))
     for column, kind in enumerate(("normal", "tangential")):
         pull[np.isin(loose, edges[kind]), column] = 0.0
@@ -156,7 +155,7 @@ def check_turning(domain: mesh.Domain, kinds: dict[str, Kind], mirrors: Mirrors)
             return
         if kind != "free":
             held.append(name)
-    if not domain.comm.allreduce(len(held)):
+    if not held:
         return  # its rigid motions are left out
     vertices = compat.facet_vertices(domain.mesh, domain.facets_of(held))
     points = domain.mesh.geometry.x[np.unique(vertices), :2]

@@ -48,7 +48,7 @@ WAVE_DEGREE = 6  # of the polynomial that is as good as a wave within a cell
 
 def is_homogeneous(plate: Plate) -> bool:
     """Whether the film obeys the one equation everywhere: flat, with a constant tension."""
-    return plate.shape is None and plate.attraction is None and plate.prestress is None
+    return plate.state.uniform
 
 
 def fitted(
@@ -100,11 +100,11 @@ class _Waves:
         plate, eigenvalue = modes.plate, modes.eigenvalues[i]
         angle = np.pi / 2 * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
         direction = np.array([np.cos(angle), np.sin(angle)])
-        principal, axes = plate.tension_tensor().diagonal(), np.eye(2)
-        if plate.tension_xy.value:
-            principal, axes = np.linalg.eigh(plate.tension_tensor())
+        principal, axes = plate.state.tensor.diagonal(), np.eye(2)
+        if plate.state.shear:
+            principal, axes = np.linalg.eigh(plate.state.tensor)
         tension = principal @ direction**2
-        bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
+        bending = plate.stiffness.bending if plate.bending else 0.0
         root = np.sqrt(tension**2 + 4 * bending * eigenvalue)
         with np.errstate(divide="ignore"):
             waves = np.sqrt(2 * eigenvalue / (tension + root))

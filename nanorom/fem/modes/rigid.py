@@ -22,8 +22,8 @@ def scale(plate: Plate) -> float:
     """Squared frequency, to its order of magnitude, of the film's lowest mode. Collective."""
     _, radius = extent(plate)
     wave = np.pi / (2 * radius)
-    bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
-    return float(bending * wave**4 + np.abs(plate.tension_tensor()).max() * wave**2)
+    bending = plate.stiffness.bending if plate.bending else 0.0
+    return float(bending * wave**4 + np.abs(plate.state.tensor).max() * wave**2)
 
 
 def count(

@@ -57,7 +57,7 @@ def stretching_tensors(
     what is known of the in-plane displacements; ``told`` is as for `stretching_products`.
     """
     plate, n = modes.plate, len(modes.parities)
-    shapes = np.column_stack([modes.shapes, plate.shape.x.array])
+    shapes = np.column_stack([modes.shapes, plate.state.shape.x.array])
     parities = [*modes.parities, plate.mirrors.even]
     products, known = stretching_products(plate, shapes, parities, in_plane, told)
     mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>
@@ -187,7 +187,7 @@ def _pair_products(
         energy[parity] += membrane.product(force, strain)
         if told is not None:
             told(field, slope, pairs[parity], force)
-    if plate.elastic:
+    if plate.stiffness.in_plane:
         for parity, moved in displacements.items():
             energy[parity] += membrane.spring_work(plate, moved)
     comm = plate.domain.comm

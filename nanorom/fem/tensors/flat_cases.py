@@ -160,7 +160,7 @@ class FlatCases:
                 force = membrane.force(self.plate, strain) * field.weights[..., None]
                 load = loads.setdefault(parity, membrane.no_load(self.plate, q1.shape[1]))
                 membrane.add_load(self.plate, field, force, load)
-        if self.plate.elastic:
+        if self.plate.stiffness.in_plane:
             for parity in self.displacement:
                 force = membrane.spring_force(self.plate, self.displacement[parity])
                 loads[parity][: len(force)] += force

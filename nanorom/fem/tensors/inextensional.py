@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import ufl
 from dolfinx import fem
 
 from nanorom.errors import AccuracyWarning
@@ -43,13 +42,12 @@ def curvature_cubic(modes: Modes, cubic: np.ndarray, stiffness: np.ndarray) -> n
     steepest = np.max(plate.domain.comm.allgather(steepest), axis=0)
     found = 2 * np.abs(stiffness) * steepest
     doubtful = np.flatnonzero(found > OUT_OF_RANGE * np.abs(cubic))
-    kept = plate.w.x.array.copy()
-    form = compat.form(plate.curvature_form()) if len(doubtful) else None
+    w = fem.Function(plate.deflections)
+    form = compat.form(plate.curvature_form(w)) if len(doubtful) else None
     for i in doubtful:
-        plate.w.x.array[:] = modes.shapes[:, i]
+        w.x.array[:] = modes.shapes[:, i]
         whole = plate.domain.comm.allreduce(fem.assemble_scalar(form))
         found[i] = plate.mirrors.copies * whole
-    plate.w.x.array[:] = kept
     return found
 
 

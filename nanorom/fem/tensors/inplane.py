@@ -47,7 +47,7 @@ class InPlane:
 def known(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> InPlane:
     """What displacements (local dofs, m) of a parity tell, errors not yet relative. Collective."""
     errors = accuracy.in_plane_errors(plate, displacements)
-    unit = float(plate.membrane_stiffness.value)
+    unit = plate.stiffness.stretching
     return InPlane(float(errors.max()), slowest(plate, displacements, parity), errors / unit)
 
 
@@ -71,7 +71,7 @@ def slowest(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> flo
             value = np.matmul(field.values, moving[2 * dofs + component])
             value = value.reshape(-1, len(square))
             square += (value * weights.reshape(-1, 1)).T @ value
-    if plate.elastic:
+    if plate.stiffness.in_plane:
         energy += membrane.spring_work(plate, columns)
     energy, square = map(plate.domain.comm.allreduce, (energy, square))
     mixed, own = square[:m, m:], square[m:, m:]
@@ -87,4 +87,4 @@ def slowest(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> flo
     squares, directions = np.linalg.eigh(square)
     basis = (directions / np.sqrt(np.maximum(squares, DEPENDENT)))[:, squares > DEPENDENT]
     lowest = np.linalg.eigvalsh(basis.T @ energy @ basis)[0]
-    return float(lowest) / float(plate.membrane_stiffness.value)
+    return float(lowest) / plate.stiffness.stretching

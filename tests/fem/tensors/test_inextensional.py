@@ -40,7 +40,7 @@ def curvature_of_a_beam():
 def test_a_cantilever_is_told_with_its_two_stiffnesses_and_has_no_response():
     with pytest.warns(AccuracyWarning, match="bends without stretching.*4.3e.05 N/m.3.*9.9e.04"):
         model = nanorom.reduce(ribbon({"left": "clamped"}, 0.23))
-    drive, sweep = Drive(levels=1e-3), Sweep(start=1e4, stop=2e4)
+    drive, sweep = Drive(direct=1e-3), Sweep(start=1e4, stop=2e4)
     with pytest.raises(ModelError, match="von Karman's theory is out of its range"):
         nanorom.respond(model.with_damping(nanorom.Damping(quality_factor=100)), drive, sweep)
 
