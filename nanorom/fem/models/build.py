@@ -15,11 +15,13 @@ from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import compat, groups
 from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, line
+from nanorom.scene import plausibility
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
+SOFTEST, STIFFEST = 1e-3, 1e9  # springs by the film's own stiffness: beyond lies rounding
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
 
 
@@ -47,6 +49,10 @@ def build_plate(
     )
     domain = attrs.evolve(domain, across=across)
     groups.check_alike(across, domain.mesh.geometry.x)
+    if isinstance(scene.geometry, MeshFile):
+        low, high = extremes(domain)
+        short, long = sorted(scales.length * (high - low))
+        plausibility.check(scene, (float(short), float(long)))
     kinds = boundary_kinds(scene, list(domain.facets), part)
     check_boundary(scene, domain, kinds)
     check_turning(domain, kinds, part)
@@ -82,6 +88,31 @@ def build_plate(
         },
         solvers=Solvers(scene.reduction.solver),
     )
+
+
+def extremes(domain: mesh.Domain) -> tuple[np.ndarray, np.ndarray]:
+    """Lower left and upper right corner (2,) of what is meshed. Collective."""
+    x = domain.mesh.geometry.x[:, :2]
+    corners = np.concatenate([-x.min(axis=0), x.max(axis=0)])
+    domain.comm.Allreduce(MPI.IN_PLACE, corners, op=MPI.MAX)
+    return -corners[:2], corners[2:]
+
+
+def check_springs(scene: Scene, scales: Scales) -> None:
+    """Raise SceneError for springs that cannot be told from none, or from a rigid edge."""
+    units = {
+        "spring": scales.tension / scales.length,
+        "rotational": scales.bending * scales.length * scales.tension,
+    }
+    for spring in scene.support.springs:
+        for key, unit in units.items():
+            value, least = getattr(spring, key), SOFTEST * unit if key == "spring" else 0.0
+            if value and not least <= value <= STIFFEST * unit > 0:
+                what = "a free edge" if value < least else "a rigid one"
+                raise SceneError(
+                    f"support.{key}: found {value:g}, which no solution tells from {what}; "
+                    f"allowed: {least:.1g} to {STIFFEST * unit:.1g}"
+                )
 
 
 def pulls_at_free_edge(plate: Plate) -> bool:
