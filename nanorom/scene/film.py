@@ -112,18 +112,18 @@ class Tension:
 
     @property
     def principal(self) -> tuple[float, float]:
-        """The smallest and the largest tension of all directions, in N/m."""
+        """The smallest and the largest tension (N/m) of all directions."""
         middle, radius = (self.x + self.y) / 2, math.hypot((self.x - self.y) / 2, self.xy)
         return middle - radius, middle + radius
 
     @property
     def smallest(self) -> float:
-        """The tension of the direction that has the least."""
+        """The tension (N/m) of the direction that has the least."""
         return self.principal[0] if self.xy else min(self.x, self.y)
 
     @property
     def largest(self) -> float:
-        """The tension of the direction that has the most."""
+        """The tension (N/m) of the direction that has the most."""
         return self.principal[1] if self.xy else max(self.x, self.y)
 
     @property
