@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import attrs
 import numpy as np
 from mpi4py import MPI
@@ -58,6 +60,31 @@ def build_plate(
     check_turning(domain, kinds, part)
     held = {side: deflection_of(kind) for side, kind in kinds.items()}
     in_plane = {side: in_plane_of(kind) for side, kind in kinds.items()}
+    return Plate.on(
+        domain,
+        chosen.degree,
+        clamped=[side for side, kind in held.items() if kind == "clamped"],
+        pinned=[side for side, kind in held.items() if kind == "simply_supported"],
+        stiffness=stiffness_of(scene, scales, held, in_plane),
+        state=State(
+            (scene.tension.x / scales.tension, scene.tension.y / scales.tension),
+            shear=scene.tension.xy / scales.tension,
+        ),
+        mirrors=part,
+        in_plane={
+            side: kind if isinstance(kind, str) else "free" for side, kind in in_plane.items()
+        },
+        solvers=Solvers(scene.reduction.solver),
+    )
+
+
+def stiffness_of(
+    scene: Scene,
+    scales: Scales,
+    held: Mapping[str, str | Spring],
+    in_plane: Mapping[str, str | PlaneSpring],
+) -> Stiffness:
+    """What the film and its elastic edges resist with, in its units."""
     unit = scales.cubic * scales.length  # E h per length
     yielding = {
         side: (kind.normal / unit, kind.tangential / unit)
@@ -72,22 +99,7 @@ def build_plate(
         for side, kind in held.items()
         if isinstance(kind, Spring)
     }
-    return Plate.on(
-        domain,
-        chosen.degree,
-        clamped=[side for side, kind in held.items() if kind == "clamped"],
-        pinned=[side for side, kind in held.items() if kind == "simply_supported"],
-        stiffness=Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs, yielding),
-        state=State(
-            (scene.tension.x / scales.tension, scene.tension.y / scales.tension),
-            shear=scene.tension.xy / scales.tension,
-        ),
-        mirrors=part,
-        in_plane={
-            side: kind if isinstance(kind, str) else "free" for side, kind in in_plane.items()
-        },
-        solvers=Solvers(scene.reduction.solver),
-    )
+    return Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs, yielding)
 
 
 def extremes(domain: mesh.Domain) -> tuple[np.ndarray, np.ndarray]:
