@@ -29,6 +29,7 @@ from nanorom.results.response import (
     write_level,
 )
 from nanorom.rom.model import ReducedModel
+from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.types import Progress
@@ -64,6 +65,7 @@ def respond(
         If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
         cannot be written.
     """
+    check_range(model.diagnostics)
     question = Question(drive, sweep, damping)
     system, omega, options = question.of(model)
     empty = Response(
