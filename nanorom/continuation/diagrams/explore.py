@@ -94,7 +94,13 @@ def explore(
     )
     scaled = with_symmetries(system.scaled(direct, parametric))
     explorer = _Explorer(Record(scaled, (low, high), settings), (direct, parametric))
-    return explorer.run(seeds, folds) if known is None else explorer.extend(known, seeds, folds)
+    try:
+        return explorer.run(seeds, folds) if known is None else explorer.extend(known, seeds, folds)
+    except np.linalg.LinAlgError as error:
+        raise ContinuationError(
+            f"numbers that are no longer finite, or a singular matrix ({error}); "
+            "allowed: a weaker drive, or a range farther from such motion"
+        ) from None
 
 
 class _Explorer:

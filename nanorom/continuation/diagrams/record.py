@@ -16,6 +16,7 @@ from nanorom.continuation.branches.shooting_branch import Takeover
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.isolas import is_near
+from nanorom.continuation.diagrams.reach import within_reach
 from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.coordinates import generators, wave
 from nanorom.continuation.orbits.floquet import FloquetSolver, sort_multipliers
@@ -66,7 +67,7 @@ class Record:
     ) -> None:
         self.scaled, self.settings = scaled, settings
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
-        self.range = (low, high)
+        self.range = within_reach(scaled, (low, high))
         self.floquet = FloquetSolver(scaled, truncation=TRUNCATION)
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
@@ -77,6 +78,8 @@ class Record:
         self.unexplored: list[Unexplored] = []
         self.generators = generators(scaled)
         self.known: list[Branch] = []  # followed before: their paths are not at hand
+        if self.range[0] > low:
+            self.leave("window", self.range[0], "not followed below, where all follows the drive")
 
     def begin_with(self, diagram: Diagram) -> None:
         """Go on from what was found before."""
@@ -145,6 +148,9 @@ class Record:
         detector = Detector(path)
         index = len(self.branches)
         found = self._confirmed(path, detector)
+        if path.coarse:
+            why = f"branch {index}: its multipliers turn faster than they are sampled"
+            self.leave("point", path.orbit(path.place(0.0)).omega, why)
         self.branches.append(self._branch(path, detector.places, detector.eigenvalues, origin))
         extent = bifurcation.extent(steps) if bifurcation else 0.0
 
