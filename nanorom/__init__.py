@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from nanorom.scene.load import Load
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Spring, Support
+    from nanorom.scene.waves import Harmonic
     from nanorom.workflow import full_orbit, reduce, run, tune, verify
 
 _HOMES = {
@@ -38,6 +39,7 @@ _HOMES = {
     "rom.model": ("ReducedModel",),
     "rom.shapes": ("Shapes",),
     "scene.drive": ("Drive",),
+    "scene.waves": ("Harmonic",),
     "scene.excitation": (
         "Damping",
         "Excitation",
@@ -84,6 +86,7 @@ __all__ = [
     "Drive",
     "Excitation",
     "Frequency",
+    "Harmonic",
     "Load",
     "LoadCurve",
     "Material",

@@ -16,6 +16,7 @@ from nanorom.scene.load import Load
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.support import Spring, Support
+from nanorom.scene.waves import Harmonic
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
 SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
@@ -30,6 +31,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "load": Load,
     "damping": Damping,
     "drive": Drive,
+    "drive, harmonics": Harmonic,
     "sweep": Sweep,
 }
 TABLE = re.compile(r"(<!-- (keys of ([\w, ]+)|patterns) -->\n).*?(<!-- end -->)", re.DOTALL)
