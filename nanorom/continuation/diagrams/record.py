@@ -35,6 +35,7 @@ from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
 TRUNCATION = 1e-11  # of multipliers that only tell where points are; confirmation has finer ones
+BUDGET = 2  # most steps of all branches together, by those of one
 IDENTIFYING = 3  # points of a branch that tell it from others
 LAST_PART = 0.9  # of the last step, where shooting takes the direction from
 UNFINISHED = {  # endings of branches that go on
@@ -77,6 +78,7 @@ class Record:
         self.nodes: list[Node] = []
         self.unexplored: list[Unexplored] = []
         self.generators = generators(scaled)
+        self.steps = 0  # of all branches
         self.known: list[Branch] = []  # followed before: their paths are not at hand
         if self.range[0] > low:
             self.leave("window", self.range[0], "not followed below, where all follows the drive")
@@ -86,6 +88,11 @@ class Record:
         self.known = list(diagram.branches)
         self.branches, self.points = list(diagram.branches), list(diagram.special_points)
         self.unexplored = list(diagram.unexplored)
+
+    @property
+    def spent(self) -> bool:
+        """Whether the steps of all branches are as many as they may be."""
+        return self.steps >= BUDGET * self.settings.steps
 
     def diagram(self, direct: float, parametric: float) -> Diagram:
         return Diagram(self.branches, self.points, direct, parametric, self.unexplored)
@@ -142,6 +149,7 @@ class Record:
         bifurcation: Bifurcation | None = None,
     ) -> None:
         """Find the special points of a traced branch and add both."""
+        self.steps += len(steps)
         path = Path(tracer, self.floquet, steps)
         path.turned_by(self.generators)
         self.paths.append(path)

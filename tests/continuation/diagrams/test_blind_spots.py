@@ -19,6 +19,7 @@ from nanorom.continuation import (
     explore_levels,
     sweep,
 )
+from nanorom.continuation.diagrams import record
 from nanorom.errors import ContinuationError
 
 SAME = 1e-8
@@ -251,3 +252,14 @@ def test_a_level_that_fails_withholds_no_other_and_easy_ones_come_first(processe
     assert sorted(found) == [0, 2, 3]
     if processes == 1:
         assert found == [2, 3, 0]
+
+
+def test_a_diagram_that_takes_too_many_steps_says_what_it_left(monkeypatch) -> None:
+    whole = explore(softening(), (0.5, 1.5), 0.08)
+    assert any(branch.origin is not None for branch in whole.branches)
+    monkeypatch.setattr(record, "BUDGET", 0)
+    diagram = explore(softening(), (0.5, 1.5), 0.08)
+    assert not any(branch.origin is not None for branch in diagram.branches)
+    (left,) = [left for left in diagram.unexplored if left.kind == "branch"]
+    assert left.omega == pytest.approx(whole.points("PD")[0].omega)
+    assert "most steps" in left.why
