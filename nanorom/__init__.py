@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
     from nanorom.scene.load import Load
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
-    from nanorom.scene.support import Spring, Support
+    from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
     from nanorom.workflow import full_orbit, reduce, run, tune, verify
 
@@ -65,6 +65,8 @@ _HOMES = {
         "Scene",
     ),
     "scene.support": (
+        "Edge",
+        "PlaneSpring",
         "Spring",
         "Support",
     ),
@@ -84,6 +86,7 @@ __all__ = [
     "Damping",
     "Disc",
     "Drive",
+    "Edge",
     "Excitation",
     "Frequency",
     "Harmonic",
@@ -93,6 +96,7 @@ __all__ = [
     "MeshFile",
     "Modes",
     "NanoromError",
+    "PlaneSpring",
     "Plate",
     "Rectangle",
     "ReducedModel",

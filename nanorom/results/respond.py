@@ -28,6 +28,7 @@ from nanorom.results.response import (
 )
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import aimed, driven
+from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.types import Progress
@@ -62,6 +63,7 @@ def respond(
         If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
         cannot be written.
     """
+    check_range(model.diagnostics)
     system, omega, options = _question(aimed(model, drive), drive, sweep, damping)
     empty = Response(
         diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label

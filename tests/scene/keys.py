@@ -15,7 +15,7 @@ from nanorom.scene.geometry import SHAPES
 from nanorom.scene.load import Load
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.request import Accuracy, Modes, Reduction
-from nanorom.scene.support import Spring, Support
+from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
@@ -25,6 +25,8 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "tension": Tension,
     "support": Support,
     "support, springs": Spring,
+    "support, in_plane": Edge,
+    "support, springs in the plane": PlaneSpring,
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,
