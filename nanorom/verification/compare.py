@@ -57,7 +57,8 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
     fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
     across = problem.across()
     borders = [across] if point.type == FOLD else [fixed, across]
-    first = first_correction(problem.model, problem.start, problem.rate, borders[0])
+    full, border = _solved(problem, borders) if solve else (None, borders[0])
+    first = first_correction(problem.model, problem.start, problem.rate, border)
     corrected = problem.amplitudes(problem.start + first.change)
     amplitude = orbit_amplitudes(corrected[None])[0]
     mode = film.inside[int(point.amplitude.argmax())]
@@ -70,15 +71,18 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
         takes_part=amplitude[outside],
         deflection=largest_deflection(problem, problem.start),
         multiplier=stability.largest(point.orbit),
-        full=_solved(problem, borders) if solve else None,
+        full=full,
     )
 
 
-def _solved(problem: Problem, borders: list[Border]) -> FullOrbit | None:
-    """The film's orbit at the same frequency, or else across the branch, or none."""
+def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, Border]:
+    """The film's orbit at the same frequency, or else across the branch, or none; and the border
+    on which it is, for the estimate to be on the same.
+    """
     for border in borders:
         try:
-            return told(problem, correct(problem.model, problem.start, problem.rate, border))
+            found = correct(problem.model, problem.start, problem.rate, border)
+            return told(problem, found), border
         except NoOrbitError:
             continue
-    return None
+    return None, borders[0]
