@@ -5,6 +5,8 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from nanorom.fem.symmetry import AXES, OPPOSITE
+from nanorom.scene.film import Tension
 from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.scene import Scene
 
@@ -49,3 +51,23 @@ class Scales:
     def frequency(self, eigenvalues: np.ndarray) -> np.ndarray:
         """Frequencies in Hz of eigenvalues of the scaled problem."""
         return np.sqrt(eigenvalues * self.tension / self.mass) / (2 * np.pi)
+
+
+def acting_tension(scene: Scene) -> Tension | None:
+    """Tension in the state that modes are about; None where only that state itself can tell.
+
+    A load's stress adds to it; other loads bend and stretch the film, and an initial shape turns
+    tension into curvature; where it pulls at a free edge, it relaxes.
+    """
+    load, change = scene.load, 0.0
+    if load is not None:
+        if any(part is not None for part in (load.pressure, load.voltage, load.force)):
+            return None
+        change = (load.stress or 0.0) * scene.plate.thickness
+    if scene.plate.initial_shape is not None or isinstance(scene.geometry, MeshFile):
+        return None
+    tension, kinds = Tension(scene.tension.x + change, scene.tension.y + change), scene.supports
+    for axis, pull in zip(AXES, (tension.x, tension.y)):
+        if pull and any(kinds.get(end) == "free" for end in OPPOSITE[axis]):
+            return None
+    return tension

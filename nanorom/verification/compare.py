@@ -51,9 +51,7 @@ class Comparison:
         return float(self.point.amplitude[mode] / self.full.amplitude[mode] - 1)
 
 
-def compare(
-    driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
-) -> Comparison:
+def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool) -> Comparison:
     """Estimate what a modal orbit is wrong by and, with ``solve``, find the film's orbit."""
     film, problem = driven.film, pose(driven, point.orbit)
     fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
@@ -80,9 +78,7 @@ def _solved(problem: Problem, borders: list[Border]) -> FullOrbit | None:
     """The film's orbit at the same frequency, or else across the branch, or none."""
     for border in borders:
         try:
-            return told(
-                problem, correct(problem.model, problem.start, problem.rate, border)
-            )
+            return told(problem, correct(problem.model, problem.start, problem.rate, border))
         except NoOrbitError:
             continue
     return None

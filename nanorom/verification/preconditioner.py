@@ -85,7 +85,6 @@ class Model:
         jacobian = self.balance.jacobian_t(modal, rate / frequency).T
         return np.asarray(jacobian * frequency**2)
 
-
     def direction(self, x: Array, rate: float) -> tuple[Array, float]:
         """Unit tangent of the modal branch: of the coefficients (2H + 1, L) and of the rate.
 

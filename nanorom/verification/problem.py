@@ -71,9 +71,7 @@ def pose(driven: DrivenFilm, orbit: PeriodicOrbit) -> Problem:
     rate = orbit.omega / orbit.period_multiple * film.time
     highest = _rung(REACH * rate * orbit.harmonics)
     dynamics = [film.dynamics(p, highest) for p in classes.deflections]
-    pushed = [
-        driven.forces.get(p, np.zeros(d.size)) for p, d in zip(classes.deflections, dynamics)
-    ]
+    pushed = [driven.forces.get(p, np.zeros(d.size)) for p, d in zip(classes.deflections, dynamics)]
     modulated = [driven.modulation(p) for p in classes.deflections]
     equations = OrbitEquations(
         film.discrete,

@@ -217,9 +217,7 @@ def _rectangle(
     lines = {}
     for axis, side in sides.items():
         low, high = (
-            _within(
-                side / 2, _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance)
-            )
+            _within(side / 2, _end_rows(scene.supports[end], min(size, side / 2), layer, tolerance))
             for end in OPPOSITE[axis]
         )
         half = axis in mirrors.axes
@@ -243,9 +241,7 @@ def _rectangle(
     return Discretisation(file, parameters, degree, 1, Grading(move), mirrors, corners=corners)
 
 
-def _end_rows(
-    kind: Kind, size: float, layer: float, tolerance: float | None
-) -> np.ndarray:
+def _end_rows(kind: Kind, size: float, layer: float, tolerance: float | None) -> np.ndarray:
     """Widths of the rows towards a side of a kind, from the inside outwards.
 
     layer : in which it bends, if clamped.

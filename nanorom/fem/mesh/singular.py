@@ -62,9 +62,7 @@ class Corner:
             return self._lowest(lambda a: (a * sine) ** 2, rigid=True)
         if kinds == {"free"}:
             return self._lowest(lambda a: ((1 - nu) / (3 + nu) * a * sine) ** 2)
-        return self._lowest(
-            lambda a: (4 - ((1 - nu) * a * sine) ** 2) / ((1 - nu) * (3 + nu))
-        )
+        return self._lowest(lambda a: (4 - ((1 - nu) * a * sine) ** 2) / ((1 - nu) * (3 + nu)))
 
     def _bent_at_support(self, kinds: set[str], nu: float) -> float:
         """The same where a side is simply supported: odd about it, the film has twice the angle."""

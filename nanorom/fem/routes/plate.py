@@ -102,7 +102,8 @@ def solve(
     units = state.Units.of(scene, scales.length, scales.tension)
     static, width = static_state(team, plan, aim, units, watch)
     plate = static.plate
-    unseen = layer.unseen(plate, width, scales.length, scene.accuracy.tolerance)
+    missed = plan.left_out
+    missed += layer.unseen(plate, width, scales.length, scene.accuracy.tolerance)
     with watch.stage("modes"):
         try:
             modes = coupled.solve(plate, scene.modes.highest)
@@ -115,7 +116,7 @@ def solve(
     with watch.stage("tensors"):
         force = force_of(scene, scales, units, modes, watch, journal)
     with watch.stage("errors"):
-        told = force.diagnostics | error_estimates(static, modes, errors, force, stiffening, unseen)
+        told = force.diagnostics | error_estimates(static, modes, errors, force, stiffening, missed)
         if np.isfinite(force.in_plane.eigenvalue):
             eigenvalue = force.in_plane.eigenvalue
             told["in_plane_frequency"] = scales.in_plane_frequency(eigenvalue)
@@ -130,12 +131,12 @@ def error_estimates(
     errors: accuracy.ModeErrors,
     force: Force,
     stiffening: float,
-    unseen: float,
+    missed: float,
 ) -> dict[str, Any]:
     """Estimated relative errors of frequencies and of the cubic tensor, by name. Collective.
 
-    errors: of the modes; stiffening: of the state, see `accuracy.stiffening_of`; unseen: effect of
-    an edge layer that the mesh does not see.
+    errors: of the modes; stiffening: of the state, see `accuracy.stiffening_of`; missed: effect of
+    what the model leaves out, and of an edge layer that the mesh does not see.
     """
     found: dict[str, Any] = {}
     frequency, of_state = errors.frequency, 0.0
@@ -150,9 +151,9 @@ def error_estimates(
     of_shapes = accuracy.of_tensor(force.cubic, errors, force.in_plane.error)
     of_stiffness = float((frequency - errors.frequency).max())  # it changes shapes too
     return found | {
-        "error_frequency": float(frequency.max()) + of_state + unseen,
+        "error_frequency": float(frequency.max()) + of_state + missed,
         "error_frequencies": frequency,
-        "error_tensor": of_shapes + of_stiffness + of_state + unseen,
+        "error_tensor": of_shapes + of_stiffness + of_state + missed,
         "error_rounding": float(errors.rounding.max()),
     }
 
