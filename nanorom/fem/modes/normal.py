@@ -98,16 +98,19 @@ def normalise(modes: AnyModes) -> AnyModes:
     return attrs.evolve(modes, shapes=modes.shapes / extrema.largest())
 
 
-def normalise_film(modes: Modes, stiffening: float = 0.0) -> tuple[Modes, ModeErrors]:
-    """The same for a plate, its peaks measured as well as its averages where that can be done.
+def normalise_film(
+    modes: Modes, index: np.ndarray, stiffening: float = 0.0
+) -> tuple[Modes, ModeErrors]:
+    """The same of some of a plate's modes, peaks as accurate as averages where that can be done.
 
     Also estimates the errors of the modes, that of their scale among them; ``stiffening`` is as
     for `accuracy.of_modes`.  Collective.
     """
     plate = modes.plate
+    errors = accuracy.of_modes(modes, stiffening).take(index)
+    modes = modes.take(index)
     extrema = _Extrema.of(plate, modes.shapes)
     values = extrema.largest()
-    errors = accuracy.of_modes(modes, stiffening)
     scale = errors.scale
     if peaks.is_homogeneous(plate):
         mode, places = extrema.peaks(np.minimum(scale + SAME, TIE))

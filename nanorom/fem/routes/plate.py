@@ -109,10 +109,11 @@ def solve(
             modes = coupled.solve(plate, scene.modes.highest)
         except eigen.UnstableError as error:
             raise SolverError(buckling.told(plate, scene.tension, not scene.flat)) from error
-        modes, names = labels.name(scene, modes)
-        selected = np.array(scene.modes.numbers) - 1
         stiffening = accuracy.stiffening_of(plate, static.tension)
-        modes, errors = normalise_film(modes.take(selected), stiffening)
+        unsure = 2 * accuracy.of_modes(modes, stiffening).frequency
+        modes, names = labels.name(scene, modes, 2 * float(unsure.max()))
+        selected = np.array(scene.modes.numbers) - 1
+        modes, errors = normalise_film(modes, selected, stiffening)
     with watch.stage("tensors"):
         force = force_of(scene, scales, units, modes, watch, journal)
     with watch.stage("errors"):
