@@ -52,49 +52,62 @@ def solve(
 def _modes(
     ngs: Any, mesh: Any, kappa: float, nu: float, degree: int, count: int
 ) -> tuple[Any, list[Any], Array]:
-    """Space, the lowest modes and their frequencies, by shift-and-invert Lanczos."""
+    """Space, the lowest modes and their frequencies."""
     space = ngs.H1(mesh, order=degree, dirichlet="edge", dgjumps=True)
     w, v = space.TnT()
+    k = _stiffness(ngs, space, kappa, nu, degree)
+    m = ngs.BilinearForm(space, symmetric=True)
+    m += w * v * ngs.dx
+    k.Assemble()
+    m.Assemble()
+    values, vectors = _lowest(space, k.mat, m.mat, count)
+    free = np.array(list(space.FreeDofs()), dtype=bool)
+    shapes = []
+    for vector in vectors.T:
+        shape = ngs.GridFunction(space)
+        shape.vec.FV().NumPy()[free] = vector
+        shapes.append(shape)
+    return space, shapes, np.sqrt(values)
+
+
+def _stiffness(ngs: Any, space: Any, kappa: float, nu: float, degree: int) -> Any:
+    """Form of bending, by interior penalty, and of tension."""
+    w, v = space.TnT()
     n, h = ngs.specialcf.normal(2), ngs.specialcf.mesh_size
-    identity = ngs.Id(2)
 
-    def moment(f: Any) -> Any:
-        hesse = f.Operator("hesse")
-        return (1 - nu) * hesse + nu * ngs.Trace(hesse) * identity
-
-    def other(f: Any) -> Any:
-        return f.Operator("hesse").Other()
+    def moment(hesse: Any) -> Any:
+        return (1 - nu) * hesse + nu * ngs.Trace(hesse) * ngs.Id(2)
 
     def normal_moment(hesse: Any) -> Any:
-        bent = (1 - nu) * hesse + nu * ngs.Trace(hesse) * identity
-        return ngs.InnerProduct(bent * n, n)
+        return ngs.InnerProduct(moment(hesse) * n, n)
 
     def jump(f: Any) -> Any:
         return (ngs.grad(f) - ngs.grad(f.Other())) * n
 
     def average(f: Any) -> Any:
-        return 0.5 * (normal_moment(f.Operator("hesse")) + normal_moment(other(f)))
+        hesse = f.Operator("hesse")
+        return 0.5 * (normal_moment(hesse) + normal_moment(hesse.Other()))
 
+    bent_w, bent_v = w.Operator("hesse"), v.Operator("hesse")
     penalty = 4.0 * degree * (degree - 1) / h
     inside, edge = ngs.dx(skeleton=True), ngs.ds(skeleton=True)
     k = ngs.BilinearForm(space, symmetric=True)
-    k += (ngs.InnerProduct(moment(w), v.Operator("hesse")) + kappa * ngs.grad(w) * ngs.grad(v)) * (
-        ngs.dx
-    )
+    k += (ngs.InnerProduct(moment(bent_w), bent_v) + kappa * ngs.grad(w) * ngs.grad(v)) * ngs.dx
     k += (penalty * jump(w) * jump(v) - average(w) * jump(v) - average(v) * jump(w)) * inside
     slope_w, slope_v = ngs.grad(w) * n, ngs.grad(v) * n
     k += (
         2 * penalty * slope_w * slope_v
-        - normal_moment(w.Operator("hesse")) * slope_v
-        - normal_moment(v.Operator("hesse")) * slope_w
+        - normal_moment(bent_w) * slope_v
+        - normal_moment(bent_v) * slope_w
     ) * edge
-    m = ngs.BilinearForm(space, symmetric=True)
-    m += w * v * ngs.dx
-    k.Assemble()
-    m.Assemble()
+    return k
+
+
+def _lowest(space: Any, k: Any, m: Any, count: int) -> tuple[Array, Array]:
+    """Lowest eigenvalues and their vectors (free dofs, count), by shift-and-invert Lanczos."""
     free = np.array(list(space.FreeDofs()), dtype=bool)
-    inverse = k.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky")
-    x, y = k.mat.CreateColVector(), k.mat.CreateColVector()
+    inverse = k.Inverse(space.FreeDofs(), inverse="sparsecholesky")
+    x, y = k.CreateColVector(), k.CreateColVector()
 
     def apply(matrix: Any) -> LinearOperator:
         def matvec(values: Array) -> Array:
@@ -107,9 +120,9 @@ def _modes(
         return LinearOperator((int(free.sum()),) * 2, matvec=matvec, dtype=float)
 
     values, vectors = eigsh(
-        apply(k.mat),
+        apply(k),
         count,
-        apply(m.mat),
+        apply(m),
         sigma=0.0,
         OPinv=apply(inverse),
         tol=0,
@@ -117,12 +130,7 @@ def _modes(
         v0=np.ones(int(free.sum())),
     )
     order = np.argsort(values)
-    shapes = []
-    for i in order:
-        shape = ngs.GridFunction(space)
-        shape.vec.FV().NumPy()[free] = vectors[:, i]
-        shapes.append(shape)
-    return space, shapes, np.sqrt(values[order])
+    return values[order], vectors[:, order]
 
 
 def _tensor(ngs: Any, mesh: Any, shapes: list[Any], nu: float, degree: int) -> Array:

@@ -7,17 +7,26 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import attrs
 import numpy as np
+from mpi4py import MPI
 
 from nanorom.exact import cases
 from nanorom.fem import stopwatch
+from nanorom.fem.mesh import discretisation
+from nanorom.fem.models import build
+from nanorom.fem.modes import eigen, names
+from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.modes.normal import normalise
 from nanorom.fem.routes import methods
+from nanorom.fem.scales import Scales
+from nanorom.fem.tensors import direct as condensation
 
 FINE = 80_000  # deflection's degrees of freedom
 FINE_DEGREE = 4
+REPEATED = 11  # short work, timed together
 DENSITY = 0.62  # cells of a quarter disc, by radius / size squared, at least
 
 
@@ -67,6 +76,52 @@ def _process(command: str, cache: str | None = None) -> float:
     return time.perf_counter() - start
 
 
+@attrs.frozen
+class _Unit:
+    """What tensors on a mesh cannot do without, in processor time: s, the last three once each."""
+
+    assembly: float
+    factorisation: float
+    load: float
+    solution: float
+    reaction: float
+
+    @classmethod
+    def of(cls, modes: Modes) -> _Unit:
+        """Of the in-plane displacement of modes."""
+        import ufl
+        from dolfinx import fem
+
+        from nanorom.fem.fields import membrane
+        from nanorom.fem.solvers import algebra, compat
+
+        plate, clock = modes.plate, _Clock()
+        stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
+        assembly = clock.lap()
+        free = membrane.free_dofs(plate, plate.mirrors.even)
+        factors = algebra.Factorization(free.restrict(stiffness), "nanorom_bench_", "stiffness")
+        factorisation = clock.lap()
+        u, w = fem.Function(plate.in_plane), fem.Function(plate.deflections)
+        w.x.array[:] = modes.shapes[:, 0]
+        energy = plate.stretching_energy(u, w)
+        load = compat.form(ufl.derivative(energy, u))
+        reaction = compat.form(ufl.derivative(energy, w))
+        right = algebra.assemble_vector(load)[free.local, None]
+        clock.lap()
+        loads = clock.mean(lambda: algebra.assemble_vector(load)[free.local, None])
+        solutions = clock.mean(lambda: factors.solve(right))
+        reactions = clock.mean(lambda: algebra.assemble_vector(reaction))
+        return cls(assembly, factorisation, loads, solutions, reactions)
+
+    def direct(self, pairs: int) -> float:
+        """One factorisation, a load and a back-substitution for each pair."""
+        return self.assembly + self.factorisation + pairs * (self.load + self.solution)
+
+    def step(self, cases: int) -> float:
+        """One factorisation, a residual and a back-substitution for each load case."""
+        return self.direct(cases) + cases * self.reaction
+
+
 def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     """Tensors of the paper's drum on a fine mesh, in units of what they cannot do without.
 
@@ -74,18 +129,6 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     of the film, and one right-hand side and back-substitution per pair; that of STEP one
     factorisation, and one residual and back-substitution per load case.  Processor times.
     """
-    import ufl
-    from mpi4py import MPI
-
-    from nanorom.fem.fields import membrane
-    from nanorom.fem.mesh import discretisation
-    from nanorom.fem.models import build
-    from nanorom.fem.modes import eigen, names
-    from nanorom.fem.modes.normal import normalise
-    from nanorom.fem.scales import Scales
-    from nanorom.fem.solvers import algebra, compat
-    from nanorom.fem.tensors import direct as condensation
-
     size = cases.RADIUS * np.sqrt(DENSITY * degree**2 / dofs)
     case = cases.by_hand(cases.paper_drum(), degree, cases.RADIUS / size, cases.RADIUS)
     scales = Scales.of(case.scene)
@@ -97,51 +140,29 @@ def fine_mesh(dofs: int = FINE, degree: int = FINE_DEGREE) -> Iterator[Figure]:
     modes, _ = names.name(case.scene, modes)
     modes = normalise(modes.take(np.arange(11)))
     modal = clock.lap()
-    stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
-    assembly = clock.lap()
-    free = membrane.free_dofs(plate, plate.mirrors.even)
-    factors = algebra.Factorization(free.restrict(stiffness), "nanorom_bench_", "stiffness")
-    factorisation = clock.lap()
-    plate.w.x.array[:] = modes.shapes[:, 0]
-    plate.u.x.array[:] = 0.0
-    energy = plate.stretching_energy(plate.u, plate.w)
-    load = compat.form(ufl.derivative(energy, plate.u))
-    reaction = compat.form(ufl.derivative(energy, plate.w))
-    clock.lap()
-    right = [algebra.assemble_vector(load)[free.local, None] for _ in range(11)][0]
-    one_load = clock.lap() / 11
-    for _ in range(11):
-        factors.solve(right)
-    one_solve = clock.lap() / 11
-    for _ in range(11):
-        algebra.assemble_vector(reaction)
-    one_reaction = clock.lap() / 11
-    yield Figure("deflection's dofs on the meshed part", _dofs(plate), "")
-    yield Figure("eleven modes", modal, "s")
-    yield Figure("in-plane stiffness assembled", assembly, "s")
-    yield Figure("one factorisation", factorisation, "s")
+    unit = _Unit.of(modes)
+    one = unit.load + unit.solution + unit.reaction
     yield Figure(
-        "one load, one back-substitution, one reaction", one_load + one_solve + one_reaction, "s"
+        "deflection's dofs on the meshed part",
+        float(plate.deflections.dofmap.index_map.size_global),
+        "",
     )
-    del factors, stiffness
+    yield Figure("eleven modes", modal, "s")
+    yield Figure("in-plane stiffness assembled", unit.assembly, "s")
+    yield Figure("one factorisation", unit.factorisation, "s")
+    yield Figure("one load, one back-substitution, one reaction", one, "s")
     clock.lap()
     condensation.cubic_tensor(modes)
     direct = clock.lap()
-    unit = assembly + factorisation + 66 * (one_load + one_solve)
     yield Figure("direct, 11 modes", direct, "s")
     name = "direct / (one factorisation + 66 loads and back-substitutions)"
-    yield Figure(name, direct / unit, "")
+    yield Figure(name, direct / unit.direct(66), "")
     clock.lap()
     methods.tensors(case.scene.with_(method="step"), scales, modes, stopwatch.Stopwatch(None))
     step = clock.lap()
-    unit = assembly + factorisation + 352 * (one_load + one_solve + one_reaction)
     yield Figure("STEP, 11 modes", step, "s")
     name = "STEP / (one factorisation + 352 residuals and back-substitutions)"
-    yield Figure(name, step / unit, "")
-
-
-def _dofs(plate: object) -> float:
-    return float(plate.deflections.dofmap.index_map.size_global)  # type: ignore[attr-defined]
+    yield Figure(name, step / unit.step(352), "")
 
 
 class _Clock:
@@ -152,6 +173,12 @@ class _Clock:
         """Processor time since the last call."""
         last, self._last = self._last, time.process_time()
         return self._last - last
+
+    def mean(self, work: Callable[[], object]) -> float:
+        """Processor time of some work, done several times."""
+        for _ in range(REPEATED):
+            work()
+        return self.lap() / REPEATED
 
 
 def many_modes() -> Iterator[Figure]:

@@ -129,11 +129,11 @@ def record(
     )
     scaled = system.scaled(direct, parametric)
     size, rate = scaled.size, omega / scaled.frequency
-    unit = np.repeat([scaled.amplitude, scaled.amplitude * scaled.frequency], size)
     count = recorded * PER_PERIOD
     times = 2 * np.pi / rate / PER_PERIOD * np.arange(count + 1)
     options = {"rtol": tolerance, "atol": 1e-4 * tolerance, "tfirst": True, "mxstep": 100_000}
-    motion = odeint(equations(scaled, rate), settled.state[0] / unit, times, **options) * unit
+    start = scaled.inner_states(settled.state[0])
+    motion = scaled.given_states(odeint(equations(scaled, rate), start, times, **options))
     if not np.all(np.isfinite(motion)):
         raise ContinuationError(f"time integration failed at omega = {omega:.6g}")
     window = blackmanharris(count, sym=False)[:, None]

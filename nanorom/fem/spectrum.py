@@ -18,6 +18,8 @@ from nanorom.fem.mesh import discretisation
 from nanorom.fem.models import operators
 from nanorom.fem.models.build import build_plate
 from nanorom.fem.models.operators import LinearForce
+from nanorom.fem.models.plate import Plate
+from nanorom.fem.models.state import State
 from nanorom.fem.modes import eigen
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes.eigen import ClassSolver, Modes
@@ -51,16 +53,11 @@ class Spectrum:
         chosen = discretisation.choose(scene, scales.length, layer, scene.accuracy.tolerance)
         self.plate = plate = build_plate(comm, scene, scales, chosen)
         self.mass = algebra.assemble(plate.compiled(plate.mass_form))
-        self.constants = (plate.tension_x, plate.tension_y, plate.bending_stiffness)
         # per N/m, N/m and N m, in the plate's unit of stiffness
         units = (scales.tension, scales.tension, scales.tension * scales.length**2)
-        self.parts: list[dict[Parity, PETSc.Mat]] = []
-        for part in self.constants:
-            for constant in self.constants:
-                constant.value = 0.0
-            part.value = 1.0
-            self.parts.append(dict(operators.ClassStiffness(plate)))
-        self.force = LinearForce.of(plate)
+        self.parts: list[dict[Parity, PETSc.Mat]] = [
+            dict(operators.ClassStiffness(self._about(alone))) for alone in np.eye(3)
+        ]
         self.units = np.array(units)
 
     def __call__(
@@ -122,13 +119,19 @@ class Spectrum:
     def _modes(self, stiffness: tuple[float, float, float], count: int) -> tuple[Modes, list[str]]:
         """At least the ``count`` lowest modes at T_x, T_y in N/m and D in N m, and their names."""
         weights = np.array(stiffness) / self.units
-        for constant, weight in zip(self.constants, weights):
-            constant.value = weight
-        matrices = {p: self._combined(weights, p) for p in self.plate.mirrors.classes}
-        solvers = {p: ClassSolver(self.plate, p, matrices, self.mass, self.force) for p in matrices}
-        modes = eigen.lowest_of_classes(self.plate, solvers, matrices, self.mass, self.force, count)
+        plate = self._about(weights)
+        force = LinearForce.of(plate)
+        matrices = {p: self._combined(weights, p) for p in plate.mirrors.classes}
+        solvers = {p: ClassSolver(plate, p, matrices, self.mass, force) for p in matrices}
+        modes = eigen.lowest_of_classes(plate, solvers, matrices, self.mass, force, count)
         scene = attrs.evolve(self.scene, tension=Tension(*stiffness[:2]))
         return labels.name(scene, modes)
+
+    def _about(self, weights: np.ndarray) -> Plate:
+        """The plate of T_x, T_y and D (3,) in its units."""
+        tension_x, tension_y, bending = (float(weight) for weight in weights)
+        plate = self.plate.about(State((tension_x, tension_y)))
+        return plate.resisting(attrs.evolve(plate.stiffness, bending=bending))
 
     def _combined(self, weights: np.ndarray, parity: Parity) -> PETSc.Mat:
         matrix = self.parts[0][parity].copy()

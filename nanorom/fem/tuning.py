@@ -109,9 +109,9 @@ class LoadedFilm:
         self.scales = plan.scales
         chosen = plan.discretisation(scene.accuracy.tolerance)
         chosen = attrs.evolve(chosen, whole=not is_symmetric(scene))
-        self.plate = build_plate(comm, scene, self.scales, chosen)
         self.units = state.Units.of(scene, self.scales.length, self.scales.tension)
-        self.film = state.prepared(scene, self.units, self.plate)
+        self.film = state.prepared(scene, self.units, build_plate(comm, scene, self.scales, chosen))
+        self.plate = self.film.plate
         found = state.load_on(self.film, load, self.units)
         assert found is not None  # it has the quantity
         self._unit = found
@@ -155,7 +155,11 @@ class LoadedFilm:
 
     def _lumped_pull_in(self) -> float | None:
         """Pull-in voltage of a rigid plate on a spring of the film's mean stiffness."""
-        if self.quantity != "voltage" or self.load.gap is None or self.plate.shape is not None:
+        if (
+            self.quantity != "voltage"
+            or self.load.gap is None
+            or self.plate.state.shape is not None
+        ):
             return None
         uniform = loads.problem(self.film, loads.pressure(self.film))
         uniform.factorise()

@@ -121,7 +121,6 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
     plan = Plan.of(wide)
     solution = solve(alone(), plan, fine, Stopwatch(None))
     plate, units = solution.modes.plate, Units.of(wide, plan.scales.length, plan.scales.tension)
-    plate.membrane_stiffness.value = 1.0
     pieces = _Pieces.of(plate)
     held = scene.reduction.in_plane == "fixed"
     discrete = _discrete(plate, pieces, held)
@@ -162,14 +161,14 @@ def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:
         in_plane=compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)],
         nodes=len(plate.w.x.array),
     )
-    gate = plate.attraction
+    gate, shape = plate.state.attraction, plate.state.shape
     return DiscreteFilm(
         tables=tables,
         free={p: free_deflections(plate, p).local for p in plate.mirrors.classes},
         in_plane={} if held else _InPlane(pieces),
-        nu=float(plate.nu.value),
+        nu=plate.stiffness.poisson_ratio,
         even=plate.mirrors.even,
-        shape=None if plate.shape is None else plate.shape.x.array.copy(),
+        shape=None if shape is None else shape.x.array.copy(),
         gate=None if gate is None else Gate(float(gate.gap), float(gate.strength)),
     )
 

@@ -6,6 +6,7 @@ from mpi4py import MPI
 from nanorom.fem.fields import places
 from nanorom.fem.mesh import gmsh, mesh
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.models.state import Stiffness
 from nanorom.fem.symmetry import Mirrors
 
 NU = 0.16
@@ -28,11 +29,8 @@ def drum(bending, degree=8, radii=(0.5, 1.0), mirrors=("x", "y"), nu=NU, sectors
         degree,
         gmsh.Grading(move, polar=wanted[2]),
     )
-    plate = Plate(domain, degree, ["edge"], [], bending > 0, Mirrors(mirrors))
-    plate.tension_x.value = plate.tension_y.value = 1.0
-    plate.bending_stiffness.value = bending
-    plate.nu.value = nu
-    return plate
+    stiffness = Stiffness(bending=bending, poisson_ratio=nu)
+    return Plate.on(domain, degree, ["edge"], stiffness=stiffness, mirrors=Mirrors(mirrors))
 
 
 def centre(plate, state):

@@ -10,12 +10,8 @@ import pytest
 TOP = Path(__file__).parents[2] / "nanorom"
 LONGEST_MODULE, LONGEST_FUNCTION = 400, 60  # lines
 # what is longer and waits to be taken apart; nothing may join it
-LONGER_MODULES = {"continuation/points/detection.py"}
 LONGER = {
-    ("bench/ngsolve_drum.py", "_modes"),
-    ("bench/targets.py", "fine_mesh"),
     ("continuation/comb.py", "comb"),
-    ("continuation/tori/follow.py", "follow_torus"),
 }
 ROOMS = {"bench", "cli", "continuation", "exact", "export", "fem", "files", "measurement", "plots"}
 ROOMS |= {"report", "results", "rom", "scene", "verification"}
@@ -153,8 +149,7 @@ def test_libraries_of_finite_elements_stay_in_their_rooms(library):
 def test_modules_and_functions_are_of_one_concept(name):
     path = MODULES[name]
     text = path.read_text("utf-8")
-    waits = path.relative_to(TOP).as_posix() in LONGER_MODULES
-    assert len(text.splitlines()) <= LONGEST_MODULE or waits
+    assert len(text.splitlines()) <= LONGEST_MODULE
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             lines = (node.end_lineno or node.lineno) - node.lineno + 1

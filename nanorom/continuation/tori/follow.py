@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 
+import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import finite
 from nanorom.continuation.diagrams.diagram import SpecialPoint
 from nanorom.continuation.orbits.harmonics import Support, close_support, symmetry_signs
-from nanorom.continuation.system import ModalSystem, ScaledSystem, finite
+from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.continuation.tori.circle import HARMONICS
 from nanorom.continuation.tori.course import Course, joined
@@ -20,6 +24,15 @@ from nanorom.continuation.tori.settle import curve_through, recorded
 from nanorom.continuation.tori.torus import Torus
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
+
+Progress = Callable[[int, float], None]  # tori found, parameter of the last
+ALLOWED = {
+    "harmonics": (HARMONICS[0], HARMONICS[-1]),
+    "steps": (1, 100_000),
+    "tolerance": (1e-13, 1e-3),
+    "period_multiple": (1, 100),
+    "waited": (0, 1_000_000),
+}
 
 
 @one_thread()
@@ -36,7 +49,7 @@ def follow_torus(
     tolerance: float = 1e-10,
     harmonics: int = 100,
     steps: int = 200,
-    progress: Callable[[int, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Torus:
     """A family of tori: what branches from the response at a Neimark-Sacker point, or what a motion
     in time has settled on.
@@ -57,15 +70,13 @@ def follow_torus(
         The value of what is varied at the point; for an "NS" and a range of omega, its own.
     period_multiple : int
         Periods of the drive after which the motion from a state returns to the same curve.
-    waited : int
-        Periods that a motion from a state is given to settle.
+    waited : int, periods that a motion from a state is given to settle
     tolerance : float
         Size of the last harmonics of the second angle, relative to the states.
     harmonics : int
         Most harmonics of the second angle; where they do not suffice the family ends ("breakdown").
-    steps : int
-        Most steps (to each side).
-    progress : called with the number of tori found and the parameter of the last.
+    steps : int, most to each side
+    progress : called with the number of tori found and the parameter of the last
 
     Raises
     ------
@@ -73,42 +84,51 @@ def follow_torus(
         for another kind of point, an invalid range or level, a point outside the range; a state
         whose motion is periodic or irregular.
     """
-    _check("harmonics", harmonics, HARMONICS[0], HARMONICS[-1])
-    _check("steps", steps, 1, 100_000)
-    _check("tolerance", tolerance, 1e-13, 1e-3)
-    _check("period_multiple", period_multiple, 1, 100)
-    _check("waited", waited, 0, 1_000_000)
-    given: dict[str, Level] = {"direct": direct, "parametric": parametric}
-    if omega is not None:
-        given["omega"] = omega
-    elif isinstance(point, SpecialPoint):
-        given["omega"] = point.omega
-    parameter = varied(system, given)
+    _check(harmonics=harmonics, steps=steps, tolerance=tolerance)
+    _check(period_multiple=period_multiple, waited=waited)
+    if omega is None and isinstance(point, SpecialPoint):
+        omega = point.omega
+    given = {"direct": direct, "parametric": parametric, "omega": omega}
+    parameter = varied(system, {name: level for name, level in given.items() if level is not None})
     start = parameter.scaled(_start(parameter, point, at))
-    counted = 0
-
-    def told(member: Member) -> None:
-        nonlocal counted
-        counted += 1
-        if progress is not None:
-            progress(counted, member.curve.parameter * parameter.unit)
-
+    told = _counted(progress, parameter.unit)
+    follow = _Follow(parameter, start, (tolerance, harmonics, steps), told)
     if isinstance(point, SpecialPoint):
-        signs = _signs(parameter.equations(start)[0], point)
+        return follow.from_orbit(point)
+    return follow.from_motion(point, period_multiple, waited)
+
+
+@attrs.frozen
+class _Follow:
+    """How families are followed: in a parameter, from a start, to limits, telling their members."""
+
+    parameter: Varied
+    start: float
+    limits: tuple[float, int, int]
+    told: Callable[[Member], None]
+
+    def from_orbit(self, point: SpecialPoint) -> Torus:
+        """What branches from an orbit at a Neimark-Sacker point."""
+        parameter = self.parameter
+        signs = _signs(parameter.equations(self.start)[0], point)
         map_ = ReturnMap(parameter.equations, point.period_multiple, signs)
-        family = Family(map_, tolerance, harmonics, steps)
-        first = family.from_orbit(_scaled_state(parameter, point.state), start)
-        course = Course().run(family, *first, parameter.span, told)
+        family = Family(map_, *self.limits)
+        first = family.from_orbit(_scaled_state(parameter, point.state), self.start)
+        course = Course().run(family, *first, parameter.span, self.told)
         return Report(parameter, map_).torus(family, course)
-    map_ = ReturnMap(parameter.equations, period_multiple)
-    family = Family(map_, tolerance, harmonics, steps)
-    states = recorded(map_, _scaled_state(parameter, point), start, waited)
-    curve, border = family.at_start(curve_through(states, start))
-    sides = [
-        Course().run(family, curve, border.times(sign), parameter.span, told)
-        for sign in (-1.0, 1.0)
-    ]
-    return Report(parameter, map_).torus(family, joined(*sides))
+
+    def from_motion(self, state: Array, period_multiple: int, waited: int) -> Torus:
+        """What a motion from a state settles on, followed to both sides."""
+        parameter = self.parameter
+        map_ = ReturnMap(parameter.equations, period_multiple)
+        family = Family(map_, *self.limits)
+        states = recorded(map_, _scaled_state(parameter, state), self.start, waited)
+        curve, border = family.at_start(curve_through(states, self.start))
+        sides = [
+            Course().run(family, curve, border.times(sign), parameter.span, self.told)
+            for sign in (-1.0, 1.0)
+        ]
+        return Report(parameter, map_).torus(family, joined(*sides))
 
 
 def _scaled_state(parameter: Varied, state: object) -> Array:
@@ -118,7 +138,7 @@ def _scaled_state(parameter: Varied, state: object) -> Array:
         raise ContinuationError(
             f"point: give an NS point or (q, dq/dt) as {2 * unit.size} finite numbers"
         )
-    return given / np.repeat([unit.amplitude, unit.amplitude * unit.frequency], unit.size)
+    return unit.inner_states(given)
 
 
 def _start(parameter: Varied, point: SpecialPoint | Array, at: float | None) -> float:
@@ -139,9 +159,23 @@ def _start(parameter: Varied, point: SpecialPoint | Array, at: float | None) -> 
     return value
 
 
-def _check(name: str, value: object, low: float, high: float) -> None:
-    if not finite(value) or not low <= value <= high:  # type: ignore[operator]
-        raise ContinuationError(f"{name}: found {value!r}; allowed {low:g} to {high:g}")
+def _counted(progress: Progress | None, unit: float) -> Callable[[Member], None]:
+    """What tells progress of every member."""
+    numbers = count(1)
+
+    def told(member: Member) -> None:
+        number = next(numbers)
+        if progress is not None:
+            progress(number, member.curve.parameter * unit)
+
+    return told
+
+
+def _check(**given: object) -> None:
+    for name, value in given.items():
+        low, high = ALLOWED[name]
+        if not finite(value) or not low <= value <= high:  # type: ignore[operator]
+            raise ContinuationError(f"{name}: found {value!r}; allowed {low:g} to {high:g}")
 
 
 def _signs(system: ScaledSystem, point: SpecialPoint) -> Array | None:

@@ -38,8 +38,8 @@ def strain_of_cells(field: quadrature.CellFields, u: np.ndarray, v: np.ndarray) 
 
 def force(plate: Membrane, strain: np.ndarray) -> np.ndarray:
     """C:E, components (3, ...), of strains (3, ...)."""
-    nu = float(plate.nu.value)
-    scale = float(plate.membrane_stiffness.value) / (1 - nu**2)
+    nu = plate.stiffness.poisson_ratio
+    scale = plate.stiffness.stretching / (1 - nu**2)
     xx, yy, xy = strain
     return scale * np.stack([xx + nu * yy, yy + nu * xx, (1 - nu) * xy])
 

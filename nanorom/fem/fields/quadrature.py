@@ -15,6 +15,7 @@ import basix
 import numpy as np
 
 from nanorom.fem.fields.surface import Surface
+from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.solvers import compat
 
 CHUNK_ENTRIES = 1_000_000  # numbers that one array of a chunk of cells may have
@@ -71,7 +72,7 @@ def fields(film: Surface, columns: int = 1) -> Iterator[CellFields]:
     """Tabulate the deflection basis at the plate's quadrature, a chunk of cells at a time.
 
     ``columns`` is how many numbers per point the caller will hold; it sets the chunk's size.
-    A table that is not large is kept for the next caller.
+    The last table on a domain is kept for the next caller unless it is large.
     """
     rule = basix.make_quadrature(basix.CellType.triangle, film.stretching_degree)
     points, weights = np.asarray(rule[0]), np.asarray(rule[1])
@@ -79,14 +80,17 @@ def fields(film: Surface, columns: int = 1) -> Iterator[CellFields]:
     if 2 * n_cells * len(points) * n_dofs > KEPT_ENTRIES:
         yield from fields_at(film, points, weights, columns)
         return
-    if film not in _kept:
-        _kept[film] = tabulate(film, np.arange(n_cells), points, weights)
+    kind = film.degree, film.stretching_degree
+    known, table = _kept.get(film.domain, (None, None))
+    if known != kind or table is None:
+        table = tabulate(film, np.arange(n_cells), points, weights)
+        _kept[film.domain] = kind, table
     step = _cells_per_chunk(film, len(points), columns)
     for first in range(0, n_cells, step):
-        yield _kept[film].part(first, first + step)
+        yield table.part(first, first + step)
 
 
-_kept: WeakKeyDictionary[Surface, CellFields] = WeakKeyDictionary()
+_kept: WeakKeyDictionary[Domain, tuple[tuple[int, int], CellFields]] = WeakKeyDictionary()
 
 
 def _cells_per_chunk(film: Surface, n_points: int, columns: int) -> int:

@@ -11,33 +11,55 @@ from nanorom.fem.symmetry import Mirrors
 
 
 class Surface(Protocol):
-    """A meshed film, flat or in space, with a space for its deflections.
+    """A meshed film, flat or in space, with a space for its deflections."""
 
-    domain : the mesh and its tagged boundary; degree : of the deflections; mirrors : axes at which
-    the domain is cut; deflections : scalar Lagrange space; stretching_degree : of the quadrature.
-    """
+    @property
+    def domain(self) -> Domain:
+        """The mesh and its tagged boundary."""
 
-    domain: Domain
-    degree: int
-    mirrors: Mirrors
-    deflections: Any
+    @property
+    def degree(self) -> int:
+        """Of the deflections."""
+
+    @property
+    def mirrors(self) -> Mirrors:
+        """Axes at which the domain is cut."""
+
+    @property
+    def deflections(self) -> Any:
+        """Scalar Lagrange space."""
 
     @property
     def stretching_degree(self) -> int:
         """Quadrature degree for products of four slopes."""
 
 
+class Elastic(Protocol):
+    """What a film resists stretching with, in its own units."""
+
+    @property
+    def stretching(self) -> float:
+        """E h."""
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Of an isotropic material."""
+
+
 class Membrane(Surface, Protocol):
-    """A flat film that also stretches in its plane.
+    """A flat film that also stretches in its plane."""
 
-    in_plane : space of the in-plane displacement; nu, membrane_stiffness : constants of the
-    material; supported : local facets where the in-plane displacement is held.
-    """
+    @property
+    def in_plane(self) -> Any:
+        """Space of the in-plane displacement."""
 
-    in_plane: Any
-    nu: Any
-    membrane_stiffness: Any
-    supported: np.ndarray
+    @property
+    def stiffness(self) -> Elastic:
+        """Of the material."""
+
+    @property
+    def supported(self) -> np.ndarray:
+        """Local facets where the in-plane displacement is held."""
 
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""

@@ -24,7 +24,7 @@ from nanorom.fem.symmetry import (
 )
 
 
-@attrs.frozen
+@attrs.frozen(eq=False)
 class Domain:
     """A distributed mesh and its boundary: physical curve -> local facet numbers.
 

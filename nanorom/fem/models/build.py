@@ -10,8 +10,10 @@ from nanorom.errors import SceneError
 from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import compat, groups
+from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, line
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -56,21 +58,16 @@ def build_plate(
         for side, kind in kinds.items()
         if isinstance(kind, Spring)
     }
-    plate = Plate(
+    return Plate.on(
         domain,
         chosen.degree,
         clamped=[side for side, kind in kinds.items() if kind == "clamped"],
         pinned=[side for side, kind in kinds.items() if kind == "simply_supported"],
-        bending=scales.bending > 0,
+        stiffness=Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs),
+        state=State((scene.tension.x / scales.tension, scene.tension.y / scales.tension)),
         mirrors=part,
-        springs=springs,
+        solvers=Solvers(scene.reduction.solver),
     )
-    plate.tension_x.value = scene.tension.x / scales.tension
-    plate.tension_y.value = scene.tension.y / scales.tension
-    plate.bending_stiffness.value = scales.bending
-    plate.nu.value = scene.material.poisson_ratio
-    plate.solvers.kind = scene.reduction.solver
-    return plate
 
 
 def pulls_at_free_edge(plate: Plate) -> bool:
@@ -81,7 +78,7 @@ def pulls_at_free_edge(plate: Plate) -> bool:
     ends = surface.geometry.x[compat.facet_vertices(surface, free), :2]
     along = ends[:, 1] - ends[:, 0]
     normal = along[:, ::-1] / np.linalg.norm(along, axis=1, keepdims=True)
-    pull = np.abs(normal * [float(plate.tension_x.value), float(plate.tension_y.value)])
+    pull = np.abs(normal * plate.state.tension)
     return max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL
 
 

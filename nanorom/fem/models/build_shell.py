@@ -10,7 +10,7 @@ from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.models import initial_shape
-from nanorom.fem.models.shell import Shell
+from nanorom.fem.models.shell import Shell, ShellStiffness, is_flat
 from nanorom.fem.scales import Scales
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -50,21 +50,23 @@ def build_surface(comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discreti
 
 def build_shell(scene: Scene, scales: Scales, domain: Domain, degree: int) -> Shell:
     """The shell of a scene with the scaled parameters. Collective."""
-    shell = Shell(domain, degree)
     material, thickness = scene.material, scene.plate.thickness
-    shell.thickness.value = thickness / scales.length
-    shell.youngs_modulus.value = material.youngs_modulus * scales.length / scales.tension
-    shell.nu.value = material.poisson_ratio
     change = 0.0
     if scene.load is not None and scene.load.stress is not None:
         change = scene.load.stress * thickness
     tension = np.array([scene.tension.x, scene.tension.y, 0.0]) + change
-    if not shell.is_flat:
+    if not is_flat(domain):
         if scene.tension.x != scene.tension.y:
             raise SceneError(
                 f"tension: found x = {scene.tension.x:g}, y = {scene.tension.y:g} N/m for a curved "
                 "surface; allowed: value, the same in every direction"
             )
         tension[2] = tension[0]
-    shell.pre_tension.value = tension / scales.tension
-    return shell
+    along_x, along_y, along_z = tension / scales.tension
+    stiffness = ShellStiffness(
+        material.youngs_modulus * scales.length / scales.tension,
+        material.poisson_ratio,
+        thickness / scales.length,
+        (along_x, along_y, along_z),
+    )
+    return Shell.on(domain, degree, stiffness)

@@ -6,9 +6,9 @@ membrane stiffness stays 1), so a load is measured in tension x displacement / l
 
 from __future__ import annotations
 
-import copy
 from typing import Any
 
+import attrs
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -21,18 +21,41 @@ from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import AXES, Parity
 
 
+@attrs.frozen(eq=False)
 class Film:
-    """A plate's in-plane displacement and deflection in one space of three components."""
+    """A plate's in-plane displacement and deflection in one space of three components.
 
-    def __init__(self, plate: Plate) -> None:
-        self.plate = plate
-        self.space = compat.lagrange_space(plate.domain.mesh, plate.degree, components=3)
-        self.state = fem.Function(self.space)
-        # the three spaces number the same nodes, each in its own order
-        self._node = np.empty(len(self.state.x.array) // 3, dtype=np.int64)
-        self._node[compat.cell_dofs(self.space)] = compat.cell_dofs(plate.deflections)
-        self._in_plane_node = np.empty_like(self._node)
-        self._in_plane_node[compat.cell_dofs(self.space)] = compat.cell_dofs(plate.in_plane)
+    state : the unknown of its static problems (Function); their current state are its values.
+    """
+
+    plate: Plate
+    space: Any = attrs.field(init=False)
+    state: Any = attrs.field(init=False)
+    # the three spaces number the same nodes, each in its own order
+    _node: np.ndarray = attrs.field(init=False)
+    _in_plane_node: np.ndarray = attrs.field(init=False)
+
+    @space.default
+    def _three_components(self) -> Any:
+        return compat.lagrange_space(self.plate.domain.mesh, self.plate.degree, components=3)
+
+    @state.default
+    def _at_rest(self) -> Any:
+        return fem.Function(self.space)
+
+    @_node.default
+    def _of_deflections(self) -> np.ndarray:
+        return self._nodes_in(self.plate.deflections)
+
+    @_in_plane_node.default
+    def _of_in_plane(self) -> np.ndarray:
+        return self._nodes_in(self.plate.in_plane)
+
+    def _nodes_in(self, space: Any) -> np.ndarray:
+        """Local node of another space of this degree for every local node of the state."""
+        found = np.empty(len(self.state.x.array) // 3, dtype=np.int64)
+        found[compat.cell_dofs(self.space)] = compat.cell_dofs(space)
+        return found
 
     @property
     def u(self) -> Any:
@@ -112,16 +135,13 @@ class Film:
 
     def about(self, attraction: Attraction | None = None) -> Plate:
         """The plate about the current state, in equilibrium with what attracts it. Collective."""
-        plate = self.plate
+        plate, shape = self.plate, self.plate.state.shape
         u, w = fem.Function(plate.in_plane), fem.Function(plate.deflections)
         u.x.array[:], w.x.array[:] = self.in_plane(), self.deflection()
-        about = copy.copy(plate)
         force = plate.stretching_force(u, w)
-        about.prestress = force if plate.prestress is None else plate.prestress + force
-        shape = w.x.array if plate.shape is None else w.x.array + plate.shape.x.array
-        if plate.domain.comm.allreduce(float(np.abs(shape).max(initial=0.0)), op=MPI.MAX) > 0:
-            about.shape = fem.Function(plate.deflections)
-            about.shape.x.array[:] = shape
-        if attraction is not None:
-            about.attraction = attraction
-        return about
+        height = w.x.array if shape is None else w.x.array + shape.x.array
+        shape = None
+        if plate.domain.comm.allreduce(float(np.abs(height).max(initial=0.0)), op=MPI.MAX) > 0:
+            shape = fem.Function(plate.deflections)
+            shape.x.array[:] = height
+        return plate.about(plate.state.moved(shape, force, attraction))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,7 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
 
     An even class has no slope across the mirror; a membrane needs no term for that.  The matrix of
     a class is made when it is asked for: all of them together are what fills the memory.  What is
-    the same for all is kept too, unless memory is to be ``spared``: then the plate's constants have
-    to stay as they are.
+    the same for all is kept too, unless memory is to be ``spared``.
     """
 
     def __init__(self, plate: Plate, spared: bool = False) -> None:
@@ -30,10 +29,10 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
         self._axes = plate.mirrors.axes if plate.bending else ()
         self._classes = plate.mirrors.classes
         self._mirrored = {}
-        form = plate.compiled(plate.mirror_form) if self._axes else None
+        even = plate.switches()
+        form = plate.compiled(plate.mirror_form, even) if self._axes else None
         for axis in self._axes:
-            plate.set_parity((1,) * len(plate.even))
-            plate.even[axis].value = 1.0
+            switch(even, tuple(int(other != axis) for other in self._axes))
             self._mirrored[axis] = algebra.assemble(form)
 
     def __getitem__(self, parity: Parity) -> PETSc.Mat:
@@ -53,6 +52,12 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
 
     def __len__(self) -> int:
         return len(self._classes)
+
+
+def switch(even: Sequence[Any], parity: Parity) -> None:
+    """Have a form's switches take deflections of one class of symmetry."""
+    for constant, odd in zip(even, parity):
+        constant.value = 1.0 - odd
 
 
 def free_deflections(plate: Plate, parity: Parity) -> algebra.FreeDofs:
@@ -92,22 +97,24 @@ class EnergyForce:
 class LinearForce:
     """Force of a film's quadratic energy on displacements of any class of symmetry."""
 
-    def __init__(self, plate: Plate, force: EnergyForce) -> None:
-        self._plate, self._force = plate, force
+    def __init__(self, even: Sequence[Any], force: EnergyForce) -> None:
+        self._even, self._force = even, force
 
     @classmethod
     def of(cls, plate: Plate) -> LinearForce:
         """That of tension, bending and attraction on the plate's deflections."""
-        return cls(plate, EnergyForce(plate.w, plate.compiled(plate.linear_force_form)))
+        even = plate.switches()
+        return cls(even, EnergyForce(plate.w, plate.compiled(plate.linear_force_form, even)))
 
     @classmethod
     def of_energy(cls, plate: Plate, function: Any, deflection: Any, energy: Any) -> LinearForce:
         """That of an energy quadratic in a function, of which the deflection is one (UFL)."""
+        even = plate.switches()
         if plate.bending:
-            energy = energy + plate.mirror_energy(deflection)
-        return cls(plate, EnergyForce(function, compat.form(ufl.derivative(energy, function))))
+            energy = energy + plate.mirror_energy(deflection, even)
+        return cls(even, EnergyForce(function, compat.form(ufl.derivative(energy, function))))
 
     def __call__(self, parity: Parity, columns: np.ndarray) -> np.ndarray:
         """Force (owned dofs, m) of displacements (local dofs, m) of one parity. Collective."""
-        self._plate.set_parity(parity)
+        switch(self._even, parity)
         return self._force(columns)

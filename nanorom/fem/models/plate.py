@@ -18,16 +18,17 @@ and bending stiffness in the scene's scale of tension.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import attrs
 import numpy as np
 import ufl
 from dolfinx import fem
 from ufl.geometry import FacetJacobianDeterminant
 
 from nanorom.fem.mesh.mesh import Domain
-from nanorom.fem.models.gate import Attraction
+from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.solvers import compat, forms
 from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, Parity, line
@@ -47,83 +48,151 @@ def membrane_strain(u: Any, w: Any, shape: Any = None) -> Any:
     return strain if shape is None else strain + ufl.sym(ufl.outer(ufl.grad(shape), slope))
 
 
+@attrs.frozen(eq=False)
+class Edges:
+    """Integration over edges: the clamped one, mirrors, elastic ones; tags: of all their facets."""
+
+    clamped: Any
+    mirrors: Sequence[Any]
+    elastic: Sequence[Any]
+
+    @classmethod
+    def of(
+        cls, domain: Domain, clamped: np.ndarray, mirrors: Mirrors, springs: list[str], degree: int
+    ) -> Edges:
+        """With a quadrature of a degree."""
+        named = [*(line(axis) for axis in mirrors.axes), *springs]
+        groups = [clamped, *(domain.facets_of([name]) for name in named)]
+        first, *others = compat.facet_measures(domain.mesh, groups, {"quadrature_degree": degree})
+        n = len(mirrors.axes)
+        return cls(first, others[:n], others[n:])
+
+
+@attrs.frozen(eq=False)
+class Constants:
+    """Numbers of a plate as forms hold them; springs: transverse and rotational, by edge."""
+
+    tension_x: Any
+    tension_y: Any
+    bending: Any
+    poisson_ratio: Any
+    stretching: Any
+    springs: Sequence[Any]
+
+    @classmethod
+    def of(cls, mesh: Any, stiffness: Stiffness, state: State) -> Constants:
+        """Those of a stiffness and a state."""
+        x, y = state.tension
+        springs = [np.array([k or 0.0, turning]) for k, turning in stiffness.springs.values()]
+        return cls(
+            tension_x=fem.Constant(mesh, float(x)),
+            tension_y=fem.Constant(mesh, float(y)),
+            bending=fem.Constant(mesh, float(stiffness.bending)),
+            poisson_ratio=fem.Constant(mesh, float(stiffness.poisson_ratio)),
+            stretching=fem.Constant(mesh, float(stiffness.stretching)),
+            springs=[fem.Constant(mesh, spring) for spring in springs],
+        )
+
+    @property
+    def all(self) -> list[Any]:
+        """One after the other."""
+        numbers = [self.tension_x, self.tension_y, self.bending, self.poisson_ratio]
+        return [*numbers, self.stretching, *self.springs]
+
+
+@attrs.frozen(eq=False, kw_only=True)
 class Plate:
-    """Function spaces and energies of a plate or membrane on a domain.
+    """Function spaces and energies of a plate or membrane about one state. Never changed.
 
-    Parameters
-    ----------
-    domain : the mesh and its tagged boundary.
-    degree : of the deflection and of the in-plane displacement.
-    clamped, pinned : names of the boundary curves where the film is clamped or simply supported;
-        on both w = 0 and u = 0.
-    springs : names of boundary curves -> transverse and rotational stiffness per length; there
-        u = 0, and w = 0 where the transverse one is None.  All other curves are free.
-    bending : with bending stiffness (plate) or without (membrane).
-    mirrors : axes at which the domain is cut; integrals are over the part that is meshed.
-
-    Attributes
-    ----------
-    shape : initial deflection w0 (UFL or Function), None where the film is flat.
-    prestress : membrane force (UFL tensor) in addition to the tension, None where there is none.
-    operands : what its forms are about.
-    solvers : make what solves on its degrees of freedom.
-    attraction : to a gate, None where there is none.
-    even : by mirror, 1 where deflections are even about it, else 0 (`set_parity`).
+    domain : the mesh and its tagged boundary; mirrors : axes at which it is cut, integrals are over
+    the part that is meshed; degree : of the deflection and of the in-plane displacement; bending :
+    with bending stiffness (plate) or without (membrane); held, supported, clamped : local facets
+    where w = 0, where u = 0 and where w_n = 0; springs : those of the elastic edges, by name;
+    deflections, in_plane : spaces of w and u; w, u : functions that forms are written in, whose
+    values belong to who assembles; edges : integration over the clamped edge, each mirror and each
+    elastic edge; solvers : make what solves on the degrees of freedom; stiffness, state : what the
+    forms are made for.
     """
 
-    def __init__(
-        self,
+    domain: Domain
+    mirrors: Mirrors
+    degree: int
+    bending: bool
+    held: np.ndarray
+    supported: np.ndarray
+    clamped: np.ndarray
+    deflections: Any
+    in_plane: Any
+    w: Any
+    u: Any
+    edges: Edges
+    solvers: Solvers
+    stiffness: Stiffness
+    state: State
+    _constants: Constants = attrs.field(init=False)
+
+    @_constants.default
+    def _made(self) -> Constants:
+        return Constants.of(self.domain.mesh, self.stiffness, self.state)
+
+    @classmethod
+    def on(
+        cls,
         domain: Domain,
         degree: int,
-        clamped: list[str],
-        pinned: list[str],
-        bending: bool,
+        clamped: Sequence[str] = (),
+        pinned: Sequence[str] = (),
+        stiffness: Stiffness | None = None,
+        state: State | None = None,
+        bending: bool | None = None,
         mirrors: Mirrors | None = None,
-        springs: Mapping[str, tuple[float | None, float]] | None = None,
-    ) -> None:
-        mesh = domain.mesh
-        self.domain = domain
-        self.mirrors = mirrors or Mirrors()
-        self.degree = degree
-        self.bending = bending
-        springs = springs or {}
+        solvers: Solvers | None = None,
+    ) -> Plate:
+        """The plate on a domain. Collective.
+
+        clamped, pinned : names of the boundary curves where the film is clamped or simply
+        supported; on both w = 0 and u = 0.  Where the stiffness has springs u = 0, and w = 0 where
+        the transverse one is None.  All other curves are free.  bending : None for that of the
+        stiffness.
+        """
+        mesh, stiffness = domain.mesh, stiffness or Stiffness()
+        mirrors = mirrors or Mirrors()
+        springs = stiffness.springs
         rigid = [name for name, (transverse, _) in springs.items() if transverse is None]
-        self.held = domain.facets_of([*clamped, *pinned, *rigid])
-        self.supported = domain.facets_of([*clamped, *pinned, *springs])
-        self.clamped = domain.facets_of(clamped)
-        self.deflections = compat.lagrange_space(mesh, degree)
-        self.in_plane = compat.lagrange_space(mesh, degree, components=2)
-        self.w = fem.Function(self.deflections)
-        self.u = fem.Function(self.in_plane)
-        self.tension_x = fem.Constant(mesh, 1.0)
-        self.tension_y = fem.Constant(mesh, 1.0)
-        self.bending_stiffness = fem.Constant(mesh, 0.0)
-        self.nu = fem.Constant(mesh, 0.0)
-        self.membrane_stiffness = fem.Constant(mesh, 1.0)
-        self.springs = [
-            (domain.facets_of([name]), fem.Constant(mesh, np.array([k or 0.0, turning])))
-            for name, (k, turning) in springs.items()
-        ]
-        self.even = {axis: fem.Constant(mesh, 0.0) for axis in self.mirrors.axes}
-        groups = [self.clamped, *map(self.on_mirror, self.even)]
-        groups += [facets for facets, _ in self.springs]
-        self._clamped_edge, *others = compat.facet_measures(
-            mesh, groups, {"quadrature_degree": 2 * degree}
+        deflections = compat.lagrange_space(mesh, degree)
+        in_plane = compat.lagrange_space(mesh, degree, components=2)
+        edge = domain.facets_of(list(clamped))
+        return cls(
+            domain=domain,
+            mirrors=mirrors,
+            degree=degree,
+            bending=stiffness.bending > 0 if bending is None else bending,
+            held=domain.facets_of([*clamped, *pinned, *rigid]),
+            supported=domain.facets_of([*clamped, *pinned, *springs]),
+            clamped=edge,
+            deflections=deflections,
+            in_plane=in_plane,
+            w=fem.Function(deflections),
+            u=fem.Function(in_plane),
+            edges=Edges.of(domain, edge, mirrors, list(springs), 2 * degree),
+            solvers=solvers or Solvers(),
+            stiffness=stiffness,
+            state=state or State(),
         )
-        self._mirror_edges = others[: len(self.even)]
-        self._elastic_edges = others[len(self.even) :]
-        constants = [self.tension_x, self.tension_y, self.bending_stiffness, self.nu]
-        constants += [self.membrane_stiffness, *self.even.values()]
-        self.operands = forms.Operands(
-            [self.deflections, self.in_plane],
-            [self.w, self.u],
-            [*constants, *(stiffness for _, stiffness in self.springs)],
-            self._clamped_edge.subdomain_data(),
-        )
-        self.solvers = Solvers()
-        self.shape: Any = None
-        self.prestress: Any = None
-        self.attraction: Attraction | None = None
+
+    def about(self, state: State) -> Plate:
+        """The plate about another state."""
+        return attrs.evolve(self, state=state)
+
+    def resisting(self, stiffness: Stiffness) -> Plate:
+        """The plate with another stiffness, the same edges elastic."""
+        return attrs.evolve(self, stiffness=stiffness)
+
+    def shape_of(self, height: Callable[[np.ndarray], np.ndarray]) -> Any:
+        """Deflection (Function) whose nodes (n, 2) have a height (n,)."""
+        shape = fem.Function(self.deflections)
+        shape.x.array[:] = height(self.deflections.tabulate_dof_coordinates()[:, :2])
+        return shape
 
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""
@@ -147,23 +216,21 @@ class Plate:
 
     def stretching_energy(self, u: Any, w: Any) -> Any:
         """1/2 int E:C:E, quadratic in u and quartic in w."""
-        strain = membrane_strain(u, w, self.shape)
-        density = ufl.inner(strain, membrane_stress(strain, self.nu))
-        return 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
+        strain = membrane_strain(u, w, self.state.shape)
+        return self._stored(strain) * self.dx(self.stretching_degree)
 
     def tangent_energy(self, u: Any, w: Any) -> Any:
         """The part of the stretching energy that is quadratic in (u, w)."""
         strain = ufl.sym(ufl.grad(u))
-        if self.shape is not None:
-            strain = strain + ufl.sym(ufl.outer(ufl.grad(self.shape), ufl.grad(w)))
-        density = ufl.inner(strain, membrane_stress(strain, self.nu))
-        return 0.5 * self.membrane_stiffness * density * self.dx(self.stretching_degree)
+        if self.state.shape is not None:
+            strain = strain + ufl.sym(ufl.outer(ufl.grad(self.state.shape), ufl.grad(w)))
+        return self._stored(strain) * self.dx(self.stretching_degree)
 
     def attraction_energy(self, w: Any) -> Any:
         """Energy of the attraction to the gate beyond second order in w."""
-        assert self.attraction is not None
-        gate = self.attraction.on(self.domain.mesh)
-        height = 0.0 if self.shape is None else self.shape
+        assert self.state.attraction is not None
+        gate = self.state.attraction.on(self.domain.mesh)
+        height = 0.0 if self.state.shape is None else self.state.shape
         rise = gate.potential(height + w) - gate.potential(height)
         first = 0.5 * gate.strength / (gate.gap - height) ** 2
         density = rise - first * w - 0.5 * gate.stiffness(height) * w**2
@@ -171,28 +238,36 @@ class Plate:
 
     def tension_energy(self, w: Any) -> Any:
         """1/2 int N0:(grad w (x) grad w)."""
-        density = self.tension_x * w.dx(0) ** 2 + self.tension_y * w.dx(1) ** 2
-        energy = 0.5 * density * self.dx(2 * self.degree)
-        if self.prestress is None:
+        x, y = self._constants.tension_x, self._constants.tension_y
+        energy = 0.5 * (x * w.dx(0) ** 2 + y * w.dx(1) ** 2) * self.dx(2 * self.degree)
+        if self.state.prestress is None:
             return energy
         slope = ufl.grad(w)
-        density = ufl.inner(self.prestress, ufl.outer(slope, slope))
+        density = ufl.inner(self.state.prestress, ufl.outer(slope, slope))
         return energy + 0.5 * density * self.dx(self.stretching_degree)
 
     def preload_energy(self, u: Any, w: Any) -> Any:
         """int N0:E as far as it is linear in (u, w)."""
-        force = ufl.as_matrix([[self.tension_x, 0.0], [0.0, self.tension_y]])
         strain = ufl.sym(ufl.grad(u))
-        if self.prestress is not None:
-            force = force + self.prestress
-        if self.shape is not None:
-            strain = strain + ufl.sym(ufl.outer(ufl.grad(self.shape), ufl.grad(w)))
-        return ufl.inner(force, strain) * self.dx(self.stretching_degree)
+        if self.state.shape is not None:
+            strain = strain + ufl.sym(ufl.outer(ufl.grad(self.state.shape), ufl.grad(w)))
+        return ufl.inner(self.membrane_force(), strain) * self.dx(self.stretching_degree)
+
+    def membrane_force(self) -> Any:
+        """Tensor N0 of the state."""
+        x, y = self._constants.tension_x, self._constants.tension_y
+        force = ufl.as_matrix([[x, 0.0], [0.0, y]])
+        return force if self.state.prestress is None else force + self.state.prestress
 
     def stretching_force(self, u: Any, w: Any) -> Any:
         """Membrane force C:E of a displacement, in the unit of the tension."""
-        strain = membrane_strain(u, w, self.shape)
-        return self.membrane_stiffness * membrane_stress(strain, self.nu)
+        strain = membrane_strain(u, w, self.state.shape)
+        return self._constants.stretching * membrane_stress(strain, self._constants.poisson_ratio)
+
+    def _stored(self, strain: Any) -> Any:
+        """1/2 E:C:E of a strain."""
+        density = ufl.inner(strain, membrane_stress(strain, self._constants.poisson_ratio))
+        return 0.5 * self._constants.stretching * density
 
     def bending_energy(self, w: Any) -> Any:
         """C0-interior-penalty energy of Kirchhoff bending, clamped edges included."""
@@ -202,22 +277,29 @@ class Plate:
         average = 0.5 * (moment("+") + moment("-"))
         bulk = 0.5 * ufl.inner(self._moment(w), ufl.grad(ufl.grad(w))) * self.dx(2 * self.degree)
         interior = (-average * kink + 0.5 * (penalty("+") + penalty("-")) * kink**2) * inside
-        return self.bending_stiffness * (bulk + interior) + self._clamping(w, self._clamped_edge)
+        return self._constants.bending * (bulk + interior) + self._clamping(w, self.edges.clamped)
 
-    def mirror_energy(self, w: Any) -> Any:
-        """Nitsche terms that hold the slope across a mirror at zero where w is even about it."""
-        terms = zip(self.even.values(), self._mirror_edges)
-        return sum((even * self._clamping(w, edge) for even, edge in terms), 0)
+    def mirror_energy(self, w: Any, even: Sequence[Any]) -> Any:
+        """Nitsche terms that hold the slope across a mirror at zero where w is even about it.
+
+        even : `switches`, one per mirror.
+        """
+        terms = zip(even, self.edges.mirrors)
+        return sum((switch * self._clamping(w, edge) for switch, edge in terms), 0)
+
+    def switches(self) -> list[Any]:
+        """A constant for each mirror: 1 where deflections are even about it, else 0."""
+        return [fem.Constant(self.domain.mesh, 0.0) for _ in self.mirrors.axes]
 
     def _clamping(self, w: Any, edge: Any) -> Any:
         slope = self._slope(w)
         density = -self._normal_moment(w) * slope + 2 * self._penalty() * slope**2
-        return self.bending_stiffness * density * edge
+        return self._constants.bending * density * edge
 
     def spring_energy(self, w: Any) -> Any:
         """Energy of the elastic edges; 0 where there are none."""
         energy = 0
-        for (_, stiffness), edge in zip(self.springs, self._elastic_edges):
+        for stiffness, edge in zip(self._constants.springs, self.edges.elastic):
             density = stiffness[0] * w**2
             if self.bending:
                 density = density + stiffness[1] * self._slope(w) ** 2
@@ -227,7 +309,8 @@ class Plate:
     def _moment(self, w: Any) -> Any:
         """Bending moments per bending stiffness."""
         curvature = ufl.grad(ufl.grad(w))
-        return (1 - self.nu) * curvature + self.nu * ufl.tr(curvature) * ufl.Identity(2)
+        nu = self._constants.poisson_ratio
+        return (1 - nu) * curvature + nu * ufl.tr(curvature) * ufl.Identity(2)
 
     def _normal_moment(self, w: Any) -> Any:
         normal = ufl.FacetNormal(self.domain.mesh)
@@ -250,45 +333,53 @@ class Plate:
         energy = self.tension_energy(w)
         if self.bending:
             energy = energy + self.bending_energy(w)
-        if self.springs:
+        if self.stiffness.springs:
             energy = energy + self.spring_energy(w)
-        if self.attraction is not None:
-            gate = self.attraction.on(self.domain.mesh)
-            softening = gate.stiffness(0.0 if self.shape is None else self.shape)
+        if self.state.attraction is not None:
+            gate = self.state.attraction.on(self.domain.mesh)
+            softening = gate.stiffness(0.0 if self.state.shape is None else self.state.shape)
             energy = energy - 0.5 * softening * w**2 * self.dx(self.stretching_degree)
         return energy
 
     # -- their derivatives ----------------------------------------------------------------------
 
-    def compiled(self, write: Callable[[], Any]) -> Any:
-        """Form that one of the plate's own methods writes, ready to be assembled. Collective."""
-        if self.shape is not None or self.prestress is not None or self.attraction is not None:
-            return compat.form(write())
+    def compiled(self, write: Callable[..., Any], switches: Sequence[Any] = ()) -> Any:
+        """Form that one of the plate's own methods writes, ready to be assembled. Collective.
+
+        switches : what the method takes.
+        """
+        if not self.state.uniform:
+            return compat.form(write(*switches))
         mesh = self.domain.mesh
         element = self.degree, compat.cell_nodes(mesh).shape[1], mesh.geometry.dim
-        kind = write.__name__, *element, self.bending, self.mirrors.axes, len(self.springs)
-        return forms.compiled(kind, write, self.operands)
+        elastic = len(self.edges.elastic)
+        kind = write.__name__, *element, self.bending, self.mirrors.axes, elastic
+        return forms.compiled(kind, lambda: write(*switches), self.operands(switches))
+
+    def operands(self, switches: Sequence[Any] = ()) -> forms.Operands:
+        """What the plate's forms are about."""
+        return forms.Operands(
+            [self.deflections, self.in_plane],
+            [self.w, self.u],
+            [*self._constants.all, *switches],
+            self.edges.clamped.subdomain_data(),
+        )
 
     def stiffness_form(self) -> Any:
         """Transverse stiffness K: second derivative of the linear energy."""
         first = ufl.derivative(self.linear_energy(self.w), self.w)
         return ufl.derivative(first, self.w)
 
-    def mirror_form(self) -> Any:
+    def mirror_form(self, *even: Any) -> Any:
         """Second derivative of the mirrors' energy."""
-        first = ufl.derivative(self.mirror_energy(self.w), self.w)
+        first = ufl.derivative(self.mirror_energy(self.w, even), self.w)
         return ufl.derivative(first, self.w)
 
-    def set_parity(self, parity: Parity) -> None:
-        """Take deflections of one class of symmetry."""
-        for even, odd in zip(self.even.values(), parity):
-            even.value = 1.0 - odd
-
-    def linear_force_form(self) -> Any:
+    def linear_force_form(self, *even: Any) -> Any:
         """Force of the linear energy and of the mirrors on the deflection `w`."""
         energy = self.linear_energy(self.w)
         if self.bending:
-            energy = energy + self.mirror_energy(self.w)
+            energy = energy + self.mirror_energy(self.w, even)
         return ufl.derivative(energy, self.w)
 
     def mass_form(self) -> Any:

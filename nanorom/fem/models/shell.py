@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import attrs
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -31,48 +32,92 @@ SHEAR_FACTOR = 5 / 6
 LOWEST_DEGREE = 4
 
 
-class Shell:
-    """Energies and load forms of a shell on a surface mesh in space.
+@attrs.frozen
+class ShellStiffness:
+    """What a shell resists with, in the film's units.
 
-    Parameters
-    ----------
-    domain : surface mesh (gdim 3) with cells of any order, and its tagged boundary.
-    degree : of displacement and director.
-    director : unit normals (n, 3) at points (n, 3), or None for the average normal of the cells
-        that meet in a node.
-
-    Attributes
-    ----------
-    state : displacement and change of the director, six components.
-    deflections : space of the displacement along the undeformed director; with it a shell has what
-        `quadrature` and the naming and drawing of modes ask of a film.
     pre_tension : membrane force along x, y and z that the undeformed shell bears.
     """
 
-    mirrors = Mirrors()
+    youngs_modulus: float = 1.0
+    poisson_ratio: float = 0.0
+    thickness: float = 1.0
+    pre_tension: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
-    def __init__(
-        self,
+
+@attrs.frozen(eq=False, kw_only=True)
+class Shell:
+    """Energies and load forms of a shell on a surface mesh in space. Never changed.
+
+    domain : surface mesh (gdim 3) with cells of any order, and its tagged boundary; degree : of
+    displacement and director; stiffness : what its forms are made for; space, state : displacement
+    and change of the director, six components, the unknown of its static problem; directors,
+    director : unit normals; deflections : space of the displacement along the undeformed director:
+    with it a shell has what `quadrature` and the naming and drawing of modes ask of a film.
+    """
+
+    domain: Domain
+    degree: int
+    stiffness: ShellStiffness
+    space: Any
+    state: Any
+    directors: Any
+    director: Any
+    deflections: Any
+    mirrors: Mirrors = Mirrors()
+    _constants: dict[str, Any] = attrs.field(init=False)
+
+    @_constants.default
+    def _made(self) -> dict[str, Any]:
+        numbers = attrs.asdict(self.stiffness).items()
+        return {name: fem.Constant(self.mesh, np.array(value)) for name, value in numbers}
+
+    @classmethod
+    def on(
+        cls,
         domain: Domain,
         degree: int,
+        stiffness: ShellStiffness | None = None,
         director: Callable[[np.ndarray], np.ndarray] | None = None,
-    ) -> None:
-        self.domain = domain
-        self.mesh = mesh = domain.mesh
-        self.degree = degree
-        self.space = compat.lagrange_space(mesh, degree, 6)
-        self.state = fem.Function(self.space)
-        self.u, self.delta = split(self.state)
-        self.directors = compat.lagrange_space(mesh, degree, 3)
-        self.director = fem.Function(self.directors)
-        x = self.directors.tabulate_dof_coordinates()
-        normals = director(x) if director is not None else self._averaged_normals()
-        self.director.x.array[:] = np.ascontiguousarray(normals).ravel()
-        self.youngs_modulus = fem.Constant(mesh, 1.0)
-        self.nu = fem.Constant(mesh, 0.0)
-        self.thickness = fem.Constant(mesh, 1.0)
-        self.pre_tension = fem.Constant(mesh, np.zeros(3))
-        self.deflections = compat.lagrange_space(mesh, degree, 1)
+    ) -> Shell:
+        """The shell on a domain. Collective.
+
+        director : unit normals (n, 3) at points (n, 3), or None for the average normal of the cells
+        that meet in a node.
+        """
+        space = compat.lagrange_space(domain.mesh, degree, 6)
+        directors = compat.lagrange_space(domain.mesh, degree, 3)
+        normal = fem.Function(directors)
+        if director is None:
+            normal.x.array[:] = averaged_normals(domain, degree, directors).ravel()
+        else:
+            normals = director(directors.tabulate_dof_coordinates())
+            normal.x.array[:] = np.ascontiguousarray(normals).ravel()
+        return cls(
+            domain=domain,
+            degree=degree,
+            stiffness=stiffness or ShellStiffness(),
+            space=space,
+            state=fem.Function(space),
+            directors=directors,
+            director=normal,
+            deflections=compat.lagrange_space(domain.mesh, degree, 1),
+        )
+
+    @property
+    def mesh(self) -> Any:
+        """Of the mid-surface."""
+        return self.domain.mesh
+
+    @property
+    def u(self) -> Any:
+        """Displacement (UFL) of the state."""
+        return split(self.state)[0]
+
+    @property
+    def delta(self) -> Any:
+        """Change of the director (UFL) of the state."""
+        return split(self.state)[1]
 
     @property
     def stretching_degree(self) -> int:
@@ -82,8 +127,7 @@ class Shell:
     @property
     def is_flat(self) -> bool:
         """The mid-surface lies in the plane z = 0. Collective."""
-        height = np.abs(self.mesh.geometry.x[:, 2]).max(initial=0.0)
-        return self.domain.comm.allreduce(float(height)) == 0.0
+        return is_flat(self.domain)
 
     def nodes_in(self, space: Any) -> np.ndarray:
         """Local node of another space of this degree for every local node of the state."""
@@ -111,23 +155,6 @@ class Shell:
             fixed.append((6 * nodes[:, None] + np.arange(components)).ravel())
         return np.unique(np.concatenate(fixed))
 
-    def _averaged_normals(self) -> np.ndarray:
-        """Normals of the cells that meet in a node, averaged. Collective."""
-        reference = np.asarray(compat.reference_element(self.degree).points)
-        nodes = self.mesh.geometry.x[compat.cell_nodes(self.mesh)]
-        order = compat.degree_of(nodes.shape[1])
-        basis = compat.reference_element(order, equispaced=True).tabulate(1, reference)
-        basis = np.asarray(basis).reshape(3, len(reference), -1)
-        sides = np.einsum("kqn,cnd->kcqd", basis[1:], nodes, optimize=True)
-        total = np.zeros((len(self.director.x.array) // 3, 3))
-        n_owned = self.mesh.topology.index_map(2).size_local
-        np.add.at(total, compat.cell_dofs(self.directors)[:n_owned], np.cross(*sides)[:n_owned])
-        self.director.x.array[:] = total.ravel()
-        compat.scatter_reverse_add(self.director)
-        self.director.x.scatter_forward()
-        total = self.director.x.array.reshape(-1, 3)
-        return total / np.linalg.norm(total, axis=1, keepdims=True)
-
     # -- kinematics -----------------------------------------------------------------------------
 
     def strains(self, u: Any, delta: Any) -> tuple[Any, Any, Any, Any]:
@@ -147,20 +174,20 @@ class Shell:
         """Elastic energy of a state (the shell's own by default)."""
         u, delta = split(self.state if state is None else state)
         membrane, curvature, shear, stretch = self.strains(u, delta)
-        e, nu, h = self.youngs_modulus, self.nu, self.thickness
+        e, nu, h, tension = self._constants.values()
 
         def stored(a: Any) -> Any:
             return ((1 - nu) * ufl.inner(a, a) + nu * ufl.tr(a) ** 2) / (1 - nu**2)
 
         density = stored(membrane) + h**2 / 12 * stored(curvature) + stretch**2
         density += SHEAR_FACTOR / (2 * (1 + nu)) * ufl.inner(shear, shear)
-        pre_stress = sum(self.pre_tension[i] * membrane[i, i] for i in range(3))
+        pre_stress = sum(tension[i] * membrane[i, i] for i in range(3))
         return (0.5 * e * h * density + pre_stress) * self.dx()
 
     def kinetic_energy(self, state: Any) -> Any:
         """Of a velocity, per mass per area: translation, and rotation of the directors."""
         u, delta = split(state)
-        turning = self.thickness**2 / 12 * ufl.inner(delta, delta)
+        turning = self._constants["thickness"] ** 2 / 12 * ufl.inner(delta, delta)
         return 0.5 * (ufl.inner(u, u) + turning) * self.dx()
 
     def unit_tension_energy(self, state: Any) -> Any:
@@ -192,3 +219,28 @@ def split(state: Any) -> tuple[Any, Any]:
         ufl.as_vector([state[i] for i in range(3)]),
         ufl.as_vector([state[i] for i in range(3, 6)]),
     )
+
+
+def is_flat(domain: Domain) -> bool:
+    """A surface lies in the plane z = 0. Collective."""
+    height = np.abs(domain.mesh.geometry.x[:, 2]).max(initial=0.0)
+    return domain.comm.allreduce(float(height)) == 0.0
+
+
+def averaged_normals(domain: Domain, degree: int, directors: Any) -> np.ndarray:
+    """Normals (n, 3) of the cells that meet in a node of a space, averaged. Collective."""
+    mesh, total = domain.mesh, fem.Function(directors)
+    reference = np.asarray(compat.reference_element(degree).points)
+    nodes = mesh.geometry.x[compat.cell_nodes(mesh)]
+    order = compat.degree_of(nodes.shape[1])
+    basis = compat.reference_element(order, equispaced=True).tabulate(1, reference)
+    basis = np.asarray(basis).reshape(3, len(reference), -1)
+    sides = np.einsum("kqn,cnd->kcqd", basis[1:], nodes, optimize=True)
+    sums = np.zeros((len(total.x.array) // 3, 3))
+    n_owned = mesh.topology.index_map(2).size_local
+    np.add.at(sums, compat.cell_dofs(directors)[:n_owned], np.cross(*sides)[:n_owned])
+    total.x.array[:] = sums.ravel()
+    compat.scatter_reverse_add(total)
+    total.x.scatter_forward()
+    normals = total.x.array.reshape(-1, 3)
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)

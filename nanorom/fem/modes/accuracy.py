@@ -105,7 +105,7 @@ def stiffening_of(plate: Plate, tension: float | None) -> float:
     Where load made that tension by a deflection w, a mode also stretches the film along grad w,
     by no more than twice of it.
     """
-    own = 0.5 * (float(plate.tension_x.value) + float(plate.tension_y.value))
+    own = 0.5 * sum(plate.state.tension)
     return 0.0 if tension is None else 3 * max(tension - own, 0.0)
 
 
@@ -129,7 +129,7 @@ def of_relaxation(modes: Modes, displacement: np.ndarray, pairs: np.ndarray) -> 
     what that displacement leaves out that the slopes of phi cause (Galerkin's orthogonality).
     """
     plate = modes.plate
-    unit = float(plate.membrane_stiffness.value)
+    unit = plate.stiffness.stretching
     own = float(in_plane_errors(plate, displacement[:, None])[0]) / unit
     stiffness = np.diag(modes.modal_stiffness()) / plate.mirrors.copies
     if len(pairs) != len(stiffness):
@@ -152,7 +152,7 @@ def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
     """Membrane energy (m,) that in-plane displacements (local dofs, m) leave out. Collective."""
     dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
     # no strain has more energy than this by the square of its displacement's gradient
-    stiffness = float(plate.membrane_stiffness.value) / (1 - abs(float(plate.nu.value)))
+    stiffness = plate.stiffness.stretching / (1 - abs(plate.stiffness.poisson_ratio))
     tails = np.zeros((3, displacements.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         metric = stiffness * area[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
@@ -177,8 +177,8 @@ def extrapolated(tails: np.ndarray) -> np.ndarray:
 def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
     """Energies (3, n) of tension and bending in this rank's cells, see `_tails`."""
     dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
-    tension = np.abs([float(plate.tension_x.value), float(plate.tension_y.value)]) + stiffening
-    bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
+    tension = np.abs(plate.state.tension) + stiffening
+    bending = plate.stiffness.bending if plate.bending else 0.0
     tails = np.zeros((3, deflections.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         slopes = np.einsum("c,d,cad,cbd->cab", area, tension, inverse, inverse)

@@ -7,13 +7,14 @@ mu = 1/f is the largest eigenvalue of -K_T x = mu K_b x.
 
 from __future__ import annotations
 
-import numpy as np
+import attrs
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from nanorom.errors import SolverError
 from nanorom.fem.models.operators import ClassStiffness, free_deflections
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.models.state import State
 from nanorom.fem.solvers import algebra
 from nanorom.scene.film import Tension
 
@@ -31,13 +32,13 @@ def told(plate: Plate, tension: Tension, loaded: bool) -> str:
             "the flat state is not stable: a membrane has no stiffness under compression; "
             "raise the tension or give the film bending stiffness (plate.model)"
         )
-    if plate.prestress is not None and not loaded:
+    if plate.state.prestress is not None and not loaded:
         return (
             "the film is not stable under its pre-stress, which relaxes where it pulls at free "
             "edges: it buckles, or its supports leave it a motion that nothing resists; raise the "
             "tension along its free edges or hold more of its sides"
         )
-    if plate.prestress is not None or plate.shape is not None or plate.attraction is not None:
+    if not plate.state.uniform:
         return "the static state is not stable under its load; lower the load or raise the tension"
     if tension.x == tension.y == 0:
         return (
@@ -58,22 +59,10 @@ def critical_factor(plate: Plate) -> float:
 
     Raises SolverError if no factor makes it buckle.
     """
-    tension = float(plate.tension_x.value), float(plate.tension_y.value)
-    rigidity = float(plate.bending_stiffness.value)
-    springs = [stiffness.value.copy() for _, stiffness in plate.springs]
-    try:
-        plate.tension_x.value = plate.tension_y.value = 0.0
-        bending = ClassStiffness(plate)
-        plate.tension_x.value, plate.tension_y.value = tension
-        plate.bending_stiffness.value = 0.0
-        for _, stiffness in plate.springs:
-            stiffness.value = np.zeros(2)
-        geometric = algebra.assemble(plate.compiled(plate.stiffness_form))
-    finally:
-        plate.tension_x.value, plate.tension_y.value = tension
-        plate.bending_stiffness.value = rigidity
-        for (_, stiffness), value in zip(plate.springs, springs):
-            stiffness.value = value
+    bending = ClassStiffness(plate.about(State(tension=(0.0, 0.0))))
+    loose = dict.fromkeys(plate.stiffness.springs, (0.0, 0.0))
+    slack = plate.resisting(attrs.evolve(plate.stiffness, bending=0.0, springs=loose))
+    geometric = algebra.assemble(slack.compiled(slack.stiffness_form))
     geometric.scale(-1.0)
     largest = 0.0
     for parity, stiffness in bending.items():

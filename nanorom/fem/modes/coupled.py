@@ -26,11 +26,11 @@ from nanorom.fem.symmetry import Parity
 def solve(plate: Plate, count: int) -> Modes:
     """At least the ``count`` lowest modes of a film about an equilibrium. Collective.
 
-    ``plate.shape``, ``plate.prestress`` and ``plate.attraction`` describe the equilibrium.  The
-    stiffness of the modes is that of tension, bending and attraction alone; stretching adds the
-    linear part of `tensors`.  Raises SolverError when the state is not stable.
+    ``plate.state`` is the equilibrium.  The stiffness of the modes is that of tension, bending and
+    attraction alone; stretching adds the linear part of `tensors`.  Raises SolverError when the
+    state is not stable.
     """
-    if plate.shape is None:
+    if plate.state.shape is None:
         return eigen.solve(plate, count)
     film = Film(plate)
     energy = plate.tangent_energy(film.u, film.w)
@@ -79,8 +79,4 @@ class CoupledSolver(eigen.ClassSolver):
 
     def deflection(self, i: int) -> np.ndarray:
         """Deflection (local dofs,) of a mode, numbered as the plate does. Collective."""
-        state = self.film.state.x
-        state.array[:] = 0.0
-        state.array[self.free.local] = self.vectors[:, i]
-        state.scatter_forward()
-        return self.film.deflection()
+        return self.film.deflections(self.free.extended(self.vectors[:, [i]]))[:, 0]

@@ -49,7 +49,7 @@ WAVE_DEGREE = 6  # of the polynomial that is as good as a wave within a cell
 
 def is_homogeneous(plate: Plate) -> bool:
     """Whether the film obeys the one equation everywhere: flat, with a constant tension."""
-    return plate.shape is None and plate.attraction is None and plate.prestress is None
+    return plate.state.uniform
 
 
 def fitted(
@@ -100,8 +100,8 @@ class _Waves:
         plate, eigenvalue = modes.plate, modes.eigenvalues[i]
         angle = np.pi / 2 * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
         direction = np.array([np.cos(angle), np.sin(angle)])
-        tension = [float(plate.tension_x.value), float(plate.tension_y.value)] @ direction**2
-        bending = float(plate.bending_stiffness.value) if plate.bending else 0.0
+        tension = plate.state.tension @ direction**2
+        bending = plate.stiffness.bending if plate.bending else 0.0
         root = np.sqrt(tension**2 + 4 * bending * eigenvalue)
         with np.errstate(divide="ignore"):
             waves = np.sqrt(2 * eigenvalue / (tension + root))

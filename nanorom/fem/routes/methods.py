@@ -51,7 +51,7 @@ def force_of(
 ) -> Force:
     """The force of all modes, entries that symmetry makes zero left out. Collective."""
     outside, count = None, len(modes.parities)
-    if modes.plate.shape is None and modes.plate.attraction is None:
+    if modes.plate.state.odd:
         quadratic, cubic, in_plane, told = tensors(scene, scales, modes, watch, journal)
         stretching = np.zeros((count, count))
     else:
@@ -78,15 +78,15 @@ def tensors(
 
     Also what is known of the in-plane displacements and what the route tells of itself. Collective.
     """
-    plate, count = modes.plate, modes.shapes.shape[1]
-    in_plane = scene.reduction.in_plane
+    count, in_plane = modes.shapes.shape[1], scene.reduction.in_plane
     if scene.reduction.method == "direct":
         cubic, known = condensation.cubic_tensor(modes, in_plane)
         return np.zeros((count,) * 3), scales.cubic * cubic, known, {"asymmetry": 0.0}
     amplitude = scene.reduction.amplitude or scene.plate.thickness
     # with deflections in units of the amplitude, stretching is measured against the tension
     strength = scales.cubic * amplitude**2 / scales.tension
-    plate.membrane_stiffness.value = strength
+    plate = modes.plate.resisting(attrs.evolve(modes.plate.stiffness, stretching=strength))
+    modes = attrs.evolve(modes, film=plate)
     if scene.reduction.method == "tangent":
         result = tangent(FlatCases(modes, in_plane), 1.0)
     else:
@@ -145,15 +145,14 @@ def viscous(
     if scene.damping is None or scene.damping.material_time == 0:
         return {}
     plate = modes.plate
-    if plate.shape is not None or plate.attraction is not None:
+    if not plate.state.odd:
         raise SceneError("damping.material_time: only for a film that its load leaves flat")
-    if plate.springs:
+    if plate.stiffness.springs:
         raise SceneError("damping.material_time: only for rigid supports; found springs")
-    tension = float(plate.tension_x.value), float(plate.tension_y.value)
-    bending = products.stiffness - np.einsum("d,drs->rs", tension, products.slopes)
-    in_plane, unit = scene.reduction.in_plane, float(plate.membrane_stiffness.value)
+    bending = products.stiffness - np.einsum("d,drs->rs", plate.state.tension, products.slopes)
+    in_plane = scene.reduction.in_plane
     pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
     return {
         "bending": scales.tension * bending * (scales.bending > 0),
-        "stretching": 0.5 * scales.cubic / unit * pairs.transpose(0, 2, 3, 1),
+        "stretching": 0.5 * scales.cubic * pairs.transpose(0, 2, 3, 1),
     }

@@ -196,7 +196,7 @@ def on_triangulation(
     unit = scales.length * np.sqrt(scales.tension / (scales.cubic * scales.length**2))
     w = static.deflection
     if w is None:
-        w = np.zeros(len(plate.w.x.array))
+        w = np.zeros(len(modes.shapes))
     extended = attrs.evolve(
         modes,
         shapes=np.column_stack([modes.shapes, w]),

@@ -61,7 +61,7 @@ def gate(film: Film, gap: float, strength: float = 1.0) -> Load:
     The gate lies at ``gap`` above the film's plane, edge effects are neglected.
     """
     w = ufl.variable(film.w)
-    height = w if film.plate.shape is None else w + film.plate.shape
+    height = w if film.plate.state.shape is None else w + film.plate.state.shape
     attraction = Attraction(gap, strength).on(film.plate.domain.mesh)
     form = ufl.diff(attraction.potential(height), w) * ufl.TestFunction(film.space)[2]
     return Load(form * film.plate.dx(film.plate.stretching_degree), None, gap, strength)
@@ -120,7 +120,7 @@ def problem(film: Film, load: Load | None) -> StaticProblem:
 def admissible(film: Film, load: Load) -> bool:
     """No node of the film is beyond the gate. Collective."""
     height = film.deflection()
-    if film.plate.shape is not None:
-        height = height + film.plate.shape.x.array
+    if film.plate.state.shape is not None:
+        height = height + film.plate.state.shape.x.array
     highest = film.plate.domain.comm.allreduce(float(height.max(initial=-np.inf)), op=MPI.MAX)
     return highest < load.gap

@@ -61,16 +61,16 @@ class StaticState:
 
 def prepared(scene: Scene, units: Units, plate: Plate) -> Film:
     """The film in its initial shape under its changed stress, before loads act. Collective."""
+    state = plate.state
     if scene.plate.initial_shape is not None:
         height = initial_shape.read(scene.plate.initial_shape, plate.domain.comm)
-        plate.shape = fem.Function(plate.deflections)
-        x = plate.deflections.tabulate_dof_coordinates()[:, :2]
-        plate.shape.x.array[:] = height(x * units.length) / units.deflection
+        shape = plate.shape_of(lambda x: height(x * units.length) / units.deflection)
+        state = attrs.evolve(state, shape=shape)
     if scene.load is not None and scene.load.stress is not None:
         change = scene.load.stress * scene.plate.thickness / units.tension
-        for tension in (plate.tension_x, plate.tension_y):
-            tension.value = float(tension.value) + change
-    return Film(plate)
+        x, y = state.tension
+        state = attrs.evolve(state, tension=(x + change, y + change))
+    return Film(plate.about(state))
 
 
 def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
@@ -79,13 +79,14 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
     Raises SolverError, which says which part of the load was reached, where there is none.
     """
     film = prepared(scene, units, plate)
+    plate = film.plate
     load = None if scene.load is None else load_on(film, scene.load, units)
     if load is None or scene.load is None:
-        if plate.shape is None and not pulls_at_free_edge(plate):
+        if plate.state.shape is None and not pulls_at_free_edge(plate):
             return StaticState(plate, tension=mean_tension(plate))  # it is one already
         loads.problem(film, None).solve(0.0)
         about = film.about()
-        moved = None if plate.shape is None else film.deflection()
+        moved = None if plate.state.shape is None else film.deflection()
         return StaticState(about, moved, mean_tension(about), film.in_plane())
     acting = load
     try:
@@ -141,9 +142,7 @@ def explained(load: Load, error: SolverError) -> str:
 def mean_tension(plate: Plate) -> float:
     """Half the trace of the membrane force, averaged over the film. Collective."""
     mesh = plate.domain.mesh
-    force = plate.tension_x + plate.tension_y
-    if plate.prestress is not None:
-        force = force + ufl.tr(plate.prestress)
+    force = ufl.tr(plate.membrane_force())
     dx = plate.dx(plate.stretching_degree)
     one = fem.Constant(mesh, 1.0)
     sums = [fem.assemble_scalar(compat.form(density * dx)) for density in (0.5 * force, one)]

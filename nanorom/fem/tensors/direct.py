@@ -57,7 +57,7 @@ def stretching_tensors(
     what is known of the in-plane displacements; ``told`` is as for `stretching_products`.
     """
     plate, n = modes.plate, len(modes.parities)
-    shapes = np.column_stack([modes.shapes, plate.shape.x.array])
+    shapes = np.column_stack([modes.shapes, plate.state.shape.x.array])
     parities = [*modes.parities, plate.mirrors.even]
     products, known = stretching_products(plate, shapes, parities, in_plane, told)
     mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>

@@ -46,7 +46,7 @@ class InPlane:
 def known(plate: Plate, displacements: np.ndarray) -> InPlane:
     """What displacements (local dofs, m) tell, errors not yet relative. Collective."""
     errors = accuracy.in_plane_errors(plate, displacements)
-    unit = float(plate.membrane_stiffness.value)
+    unit = plate.stiffness.stretching
     return InPlane(float(errors.max()), slowest(plate, displacements), errors / unit)
 
 
@@ -79,4 +79,4 @@ def slowest(plate: Plate, displacements: np.ndarray) -> float:
     squares, directions = np.linalg.eigh(square)
     basis = (directions / np.sqrt(np.maximum(squares, DEPENDENT)))[:, squares > DEPENDENT]
     lowest = np.linalg.eigvalsh(basis.T @ energy @ basis)[0]
-    return float(lowest) / float(plate.membrane_stiffness.value)
+    return float(lowest) / plate.stiffness.stretching

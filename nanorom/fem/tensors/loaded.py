@@ -34,8 +34,8 @@ def tensors(modes: Modes, in_plane: str = "free", outside: bool = False) -> Tens
     outside : also the static response of all that lies outside the modes.
     """
     n = len(modes.parities)
-    forces = PairForces(modes) if outside and modes.plate.shape is not None else None
-    if modes.plate.shape is None:
+    forces = PairForces(modes) if outside and modes.plate.state.shape is not None else None
+    if modes.plate.state.shape is None:
         cubic, known = direct.cubic_tensor(modes, in_plane)
         found = Tensors(np.zeros((n, n)), np.zeros((n, n, n)), cubic, known)
     else:
@@ -43,7 +43,7 @@ def tensors(modes: Modes, in_plane: str = "free", outside: bool = False) -> Tens
     if forces is not None:
         stiffness = modes.modal_stiffness() + found.stretching
         found = attrs.evolve(found, outside=response(modes, forces, stiffness))
-    attraction = modes.plate.attraction
+    attraction = modes.plate.state.attraction
     if attraction is None:
         return found
     third, fourth = _attraction_tensors(modes)
@@ -55,15 +55,15 @@ def tensors(modes: Modes, in_plane: str = "free", outside: bool = False) -> Tens
 def _attraction_tensors(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     """int W''' phi^3 and int W'''' phi^4 of all modes, W the potential of the attraction."""
     plate, n = modes.plate, len(modes.parities)
-    gate = plate.attraction
+    gate = plate.state.attraction
     assert gate is not None
     j, k = np.triu_indices(n)
     pair = np.empty((n, n), dtype=int)
     pair[j, k] = pair[k, j] = np.arange(len(j))
     by_pair, by_two = np.zeros((len(j), n)), np.zeros((len(j), len(j)))
-    shape = np.zeros((len(plate.w.x.array), 1))
-    if plate.shape is not None:
-        shape[:, 0] = plate.shape.x.array
+    shape = np.zeros((len(modes.shapes), 1))
+    if plate.state.shape is not None:
+        shape[:, 0] = plate.state.shape.x.array
     for field in quadrature.fields(plate, columns=2 * len(j)):
         height = gate.gap - field.value(shape)[..., 0]
         value = field.value(modes.shapes).reshape(-1, n)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import ufl
+from dolfinx import fem
 
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
@@ -22,7 +23,7 @@ from nanorom.fem.tensors.inplane import InPlane
 def static_cases(modes: Modes, in_plane: str = "free") -> Cases:
     """The way to solve load cases that a film allows: a flat one takes all of them at once."""
     plate = modes.plate
-    if plate.shape is None and plate.attraction is None:
+    if plate.state.odd:
         return FlatCases(modes, in_plane)
     return StaticCases(modes, in_plane)
 
@@ -44,14 +45,18 @@ class StaticCases:
         self._stiffness = modes.stiffness[()]
         self._linear = self._stiffness.createVecLeft()
         self._deflection = self._stiffness.createVecRight()
-        energy = plate.stretching_energy(plate.u, plate.w)
-        if plate.attraction is not None:
-            energy = energy + plate.attraction_energy(plate.w)
+
+        def energy(u: Any, w: Any) -> Any:
+            stretching = plate.stretching_energy(u, w)
+            if plate.state.attraction is None:
+                return stretching
+            return stretching + plate.attraction_energy(w)
+
         self._case = _Reaction(plate, energy, in_plane)
         self._tangent: np.ndarray | None = None
-        if plate.shape is not None:
+        if plate.state.shape is not None:
             # stretching has a linear part, which belongs to K X_c
-            tangent = _Reaction(plate, plate.tangent_energy(plate.u, plate.w), in_plane)
+            tangent = _Reaction(plate, plate.tangent_energy, in_plane)
             self._tangent = np.column_stack([tangent.solve(w) for w in modes.shapes.T])
 
     @property
@@ -81,7 +86,7 @@ class StaticCases:
         displacements, energies = [], []
         for j, q in enumerate(amplitude * np.eye(len(self.modes.parities))):
             energies.append(0.5 * amplitude * abs(self._force(q)[j]))
-            displacements.append(self.plate.u.x.array.copy())
+            displacements.append(self._case.u.x.array.copy())
         found = inplane.known(self.plate, np.column_stack(displacements))
         return InPlane.of_parts([found], max(energies))
 
@@ -100,28 +105,32 @@ class StaticCases:
 
 
 class _Reaction:
-    """Reaction to a prescribed deflection, the in-plane displacement in equilibrium or fixed."""
+    """Reaction to a prescribed deflection, the in-plane displacement in equilibrium or fixed.
 
-    def __init__(self, plate: Plate, energy: Any, in_plane: str) -> None:
-        self.plate = plate
-        self._reaction = compat.form(ufl.derivative(energy, plate.w))
+    energy : of displacement and deflection; u : the displacement of the last case (Function).
+    """
+
+    def __init__(self, plate: Plate, energy: Callable[[Any, Any], Any], in_plane: str) -> None:
+        self.u, self._w = fem.Function(plate.in_plane), fem.Function(plate.deflections)
+        written = energy(self.u, self._w)
+        self._reaction = compat.form(ufl.derivative(written, self._w))
         self._equilibrium: Equilibrium | None = None
         if in_plane == "free":
             stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
             self._equilibrium = Equilibrium(plate, stiffness)
-            self._residual = compat.form(ufl.derivative(energy, plate.u))
+            self._residual = compat.form(ufl.derivative(written, self.u))
 
     def solve(self, w: np.ndarray) -> np.ndarray:
         """Consistent nodal forces (owned dofs,) at a deflection (local dofs,). Collective."""
-        self.plate.w.x.array[:] = w
-        self.plate.u.x.array[:] = 0.0
+        self._w.x.array[:] = w
+        self.u.x.array[:] = 0.0
         if self._equilibrium is not None:
-            self.plate.u.x.array[:] = self._equilibrium.solve(self._in_plane_force)[:, 0]
+            self.u.x.array[:] = self._equilibrium.solve(self._in_plane_force)[:, 0]
         return algebra.assemble_vector(self._reaction)
 
     def _in_plane_force(self, u: np.ndarray | None) -> np.ndarray:
         """Force (owned free dofs, 1) at a displacement, the same; at none for None. Collective."""
         assert self._equilibrium is not None
         free = self._equilibrium.free
-        self.plate.u.x.array[:] = 0.0 if u is None else free.extended(u)[:, 0]
+        self.u.x.array[:] = 0.0 if u is None else free.extended(u)[:, 0]
         return algebra.assemble_vector(self._residual)[free.local, None]

@@ -121,7 +121,7 @@ class PairForces:
         To be asked for once.
         """
         plate = self._modes.plate
-        if plate.attraction is not None:
+        if plate.state.attraction is not None:
             self._add_attraction()
         for parity, load in self.loads.items():
             plate.domain.across.Allreduce(MPI.IN_PLACE, load)  # each group has had its own pairs
@@ -131,7 +131,7 @@ class PairForces:
     def _add_attraction(self) -> None:
         """The third derivative of the gate's potential, which softens the film further."""
         plate = self._modes.plate
-        gate, shape = plate.attraction, plate.shape
+        gate, shape = plate.state.attraction, plate.state.shape
         assert gate is not None
         height_of = shape.x.array[:, None]
         across = plate.domain.across

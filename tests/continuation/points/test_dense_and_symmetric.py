@@ -15,7 +15,8 @@ from nanorom.continuation import (
     explore,
 )
 from nanorom.continuation.orbits.bifurcations import BRANCHING, TORUS, critical_value
-from nanorom.continuation.points.detection import _may_meet, _neutral
+from nanorom.continuation.points.detection import _neutral
+from nanorom.continuation.points.samples import _may_meet
 
 FEW_POINTS = 100  # a loop of some ten series steps; one of tiny steps has a thousand and more
 AT_A_POINT = 1e-6  # of the circle: a point of the branch that is a special point

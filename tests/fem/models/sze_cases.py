@@ -11,7 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from nanorom.fem.mesh import gmsh, mesh
-from nanorom.fem.models.shell import Shell
+from nanorom.fem.models.shell import Shell, ShellStiffness
 from nanorom.fem.solvers import compat
 from nanorom.fem.statics.problem import StaticProblem
 
@@ -53,16 +53,9 @@ def edge(shell, side):
     return compat.facet_measures(shell.mesh, [facets], {"quadrature_degree": 2 * shell.degree})[0]
 
 
-def material(shell, modulus, nu, thickness):
-    shell.youngs_modulus.value = modulus
-    shell.nu.value = nu
-    shell.thickness.value = thickness
-
-
 def cantilever(length, degree, n):
     domain = strip(lambda s, t: np.column_stack([length * s, t, 0 * s]), n, 1, 1)
-    shell = Shell(domain, degree)
-    material(shell, 1.2e6, 0.0, 0.1)
+    shell = Shell.on(domain, degree, ShellStiffness(1.2e6, 0.0, 0.1))
     tip = node_at(shell, (length, 0, 0))
     return shell, held(shell, "left", range(6)), [(tip, 0, -1), (tip, 2, 1)]
 
@@ -93,8 +86,7 @@ def slit_annulus(degree=4, n=16):
         r, angle = 6 + 4 * t, 2 * np.pi * s
         return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0 * s])
 
-    shell = Shell(strip(place, n, 1, degree), degree)
-    material(shell, 21e6, 0.0, 0.03)
+    shell = Shell.on(strip(place, n, 1, degree), degree, ShellStiffness(21e6, 0.0, 0.03))
     force = ufl.TestFunction(shell.space)[2] * edge(shell, "right")
     fixed = held(shell, "left", range(6))
     problem = StaticProblem(shell.state, shell.energy(), force, fixed=fixed)
@@ -121,8 +113,8 @@ def hemisphere(degree=4, n=4):
             [np.cos(height) * np.cos(azimuth), np.cos(height) * np.sin(azimuth), np.sin(height)]
         )
 
-    shell = Shell(strip(place, n, n, degree), degree, lambda x: x / radius)
-    material(shell, 6.825e7, 0.3, 0.04)
+    stiffness = ShellStiffness(6.825e7, 0.3, 0.04)
+    shell = Shell.on(strip(place, n, n, degree), degree, stiffness, lambda x: x / radius)
     a, b = node_at(shell, (radius, 0, 0)), node_at(shell, (0, radius, 0))
     fixed = np.concatenate([held(shell, "left", (1, 4)), held(shell, "right", (0, 3)), [6 * a + 2]])
     nodal = point_force(shell, [(a, 0, 0.5), (b, 1, -0.5)])
@@ -141,8 +133,8 @@ def cylinder_pull_out(degree=4, n=6):
     def normal(x):
         return np.column_stack([x[:, 0], 0 * x[:, 0], x[:, 2]]) / radius
 
-    shell = Shell(strip(place, n, n, degree), degree, normal)
-    material(shell, 10.5e6, 0.3125, 0.094)
+    stiffness = ShellStiffness(10.5e6, 0.3125, 0.094)
+    shell = Shell.on(strip(place, n, n, degree), degree, stiffness, normal)
     fixed = np.concatenate(
         [
             held(shell, "left", (0, 3)),  # x = 0
