@@ -43,6 +43,11 @@ class Scales:
         mass = material.density * h * length**2
         return cls(length, tension, mass, stretch / length**2, stiffness / tension)
 
+    @property
+    def strain(self) -> float:
+        """The unit of tension by the membrane stiffness E h."""
+        return self.tension / (self.cubic * self.length**2)
+
     def in_plane_frequency(self, eigenvalue: float) -> float:
         """Frequency in Hz of a scaled in-plane eigenvalue per unit of membrane stiffness."""
         stiffness = self.cubic * self.length**2

@@ -63,7 +63,9 @@ def build_plate(
         chosen.degree,
         clamped=[side for side, kind in kinds.items() if kind == "clamped"],
         pinned=[side for side, kind in kinds.items() if kind == "simply_supported"],
-        stiffness=Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs),
+        stiffness=Stiffness(
+            scales.bending, 1.0, scene.material.poisson_ratio, springs, scales.strain
+        ),
         state=State((scene.tension.x / scales.tension, scene.tension.y / scales.tension)),
         mirrors=part,
         solvers=Solvers(scene.reduction.solver),

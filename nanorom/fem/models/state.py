@@ -20,13 +20,15 @@ Spring = tuple[float | None, float]  # transverse (None: rigid) and rotational, 
 class Stiffness:
     """What a plate resists with, in the film's units.
 
-    bending : D; stretching : E h; springs : of the elastic edges, by boundary curve.
+    bending : D; stretching : E h; springs : of the elastic edges, by boundary curve; strain : the
+    unit of the tension by that of the stretching, as a tension stiffens motions in the plane.
     """
 
     bending: float = 0.0
     stretching: float = 1.0
     poisson_ratio: float = 0.0
     springs: Mapping[str, Spring] = attrs.field(factory=dict)
+    strain: float = 0.0
 
 
 @attrs.frozen(eq=False)

@@ -222,7 +222,8 @@ def name_rectangle(
             (m, n), other = sorted([(m, n), known[second]])
             label = f"({m},{n}){'+' if same else '-'}({other[0]},{other[1]})"
         keys.append((m, n, label))
-    keys = _unique(keys, [(m, n, f"({m},{n})") for m, n in known], scores)
+    simple: list[tuple] = [(m, n, f"({m},{n})") for m, n in known]
+    keys = _unique(keys, simple, scores)
     modes = _equalised(modes, clusters(modes.eigenvalues, equal))
     modes, keys = _sorted(modes, clusters(modes.eigenvalues, ranked), keys)
     return modes, [label for _, _, label in keys]

@@ -134,18 +134,21 @@ def _class_products(
 ) -> dict[Parity, ClassProducts]:
     """Products of the pairs of some parities. Collective."""
     displacements: dict[Parity, np.ndarray] = {}
-    if in_plane == "free":
-        displacements = _displacements(plate, shapes, pairs)
-    energy = _pair_products(plate, shapes, pairs, displacements, told)
     known = dict.fromkeys(pairs, InPlane())
-    known |= {parity: inplane.known(plate, moved) for parity, moved in displacements.items()}
+    if in_plane == "free":
+        displacements, known = _displacements(plate, shapes, pairs)
+    energy = _pair_products(plate, shapes, pairs, displacements, told)
     return {p: ClassProducts(energy[p], known[p]) for p in pairs}
 
 
 def _displacements(
     plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
-) -> dict[Parity, np.ndarray]:
-    """In-plane displacements (local dofs, p) in equilibrium with each pair. Collective."""
+) -> tuple[dict[Parity, np.ndarray], dict[Parity, InPlane]]:
+    """In-plane displacements (local dofs, p) in equilibrium with each pair, and what they tell.
+
+    Collective.
+    """
+    known = {}
     loads = {parity: membrane.no_load(plate, len(p)) for parity, p in pairs.items()}
     for field, _, parity, strain in _pair_strains(plate, shapes, pairs):
         force = membrane.force(plate, strain) * field.weights[..., None]
@@ -158,9 +161,10 @@ def _displacements(
         if number == len(loads):
             stiffness.destroy()
         equilibrium.respond(loads[parity], SOLVED)
+        known[parity] = inplane.known(plate, loads[parity], equilibrium)
         equilibrium.release()
     compat.free_memory(plate.domain.comm)
-    return loads
+    return loads, known
 
 
 def _pair_products(

@@ -81,7 +81,10 @@ class FlatCases:
                 other = np.eye(n, k=apart)[:, first : first + MOST_COLUMNS]
                 force = self._trilinear(own, other, own)
                 largest = max(largest, np.abs(np.diag(force[first:])).max())
-                found += [inplane.known(self.plate, moved) for moved in self.displacement.values()]
+                found += [
+                    inplane.known(self.plate, moved, self._equilibria.get(parity))
+                    for parity, moved in self.displacement.items()
+                ]
         return InPlane.of_parts(found, largest)
 
     def tangents(self, q: np.ndarray) -> np.ndarray:

@@ -15,6 +15,8 @@ from nanorom.fem.fields import membrane, quadrature
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy
 from nanorom.fem.solvers import compat
+from nanorom.fem.tensors import lateral
+from nanorom.fem.tensors.equilibrium import Equilibrium
 
 MOST_COLUMNS = 64  # the displacements of the first pairs are the smoothest
 DEPENDENT = 1e-4  # squares of unit displacements below this are those of the mesh's asymmetry
@@ -43,11 +45,18 @@ class InPlane:
         return cls(error, slowest, np.concatenate([part.energies for part in parts]))
 
 
-def known(plate: Plate, displacements: np.ndarray) -> InPlane:
-    """What displacements (local dofs, m) tell, errors not yet relative. Collective."""
+def known(plate: Plate, displacements: np.ndarray, equilibrium: Equilibrium | None) -> InPlane:
+    """What displacements (local dofs, m) tell, errors not yet relative. Collective.
+
+    equilibrium : the one that made them, with its factors; None where the plane is held fixed.
+    """
     errors = accuracy.in_plane_errors(plate, displacements)
     unit = plate.stiffness.stretching
-    return InPlane(float(errors.max()), slowest(plate, displacements), errors / unit)
+    columns = displacements[:, :MOST_COLUMNS]
+    lowest = slowest(plate, columns)
+    if equilibrium is not None and lateral.is_slender(plate):
+        lowest = min(lowest, lateral.slowest(plate, equilibrium, columns))
+    return InPlane(float(errors.max()), lowest, errors / unit)
 
 
 def slowest(plate: Plate, displacements: np.ndarray) -> float:
@@ -56,8 +65,7 @@ def slowest(plate: Plate, displacements: np.ndarray) -> float:
     It is above the lowest eigenvalue of what the deflections excite, and what they do not excite
     does not count.  Collective.
     """
-    columns = displacements[:, :MOST_COLUMNS]
-    m = columns.shape[1]
+    columns, m = displacements, displacements.shape[1]
     energy, square = np.zeros((2, m, m))
     for field in quadrature.fields(plate, columns=9 * m):
         weights = field.weights[..., None]
