@@ -20,6 +20,7 @@ from nanorom.workflow import reduce
 
 RITZ = 1.75  # a bound from above, from the modes' own products
 SHEAR = 3e-3  # of the frequency: strain of the tension 1.5e-3, and Ritz' error
+ALONG = "select = [1, 3]"  # (1,0) and (2,0) of a string, between them (1,1)
 MODULUS, DENSITY, LENGTH = 250e9, 3100.0, 100e-6
 
 
@@ -48,7 +49,7 @@ def test_in_plane_frequency_is_a_bound_on_the_exact_one_of_a_disc(method, highes
     assert 1 <= found / in_plane_frequency_of_a_disc(cases.Film()) < highest
 
 
-def string(count, stress, model="auto"):
+def string(modes, stress, model="auto"):
     thickness = 100 if model == "beam" else 20  # nm
     return Scene.from_toml(
         f"""
@@ -69,7 +70,7 @@ def string(count, stress, model="auto"):
         [support]
         edge = {{ left = "clamped", right = "clamped", bottom = "free", top = "free" }}
         [modes]
-        count = {count}
+        {modes}
         """
         + ("" if model == "beam" else '[accuracy]\ndegree = 4\nmesh_size = "10 um"')
     )
@@ -77,17 +78,22 @@ def string(count, stress, model="auto"):
 
 def test_in_plane_frequency_of_a_string_is_that_of_its_longitudinal_waves():
     wave = np.sqrt(MODULUS / DENSITY) / (2 * LENGTH)
-    found = reduce(string(1, 1.0)).diagnostics["in_plane_frequency"]
+    found = reduce(string(ALONG, 1.0)).diagnostics["in_plane_frequency"]
     assert 1 <= found / wave < RITZ
-    assert reduce(string(3, 1.0, "beam")).diagnostics["in_plane_frequency"] == pytest.approx(wave)
+    assert reduce(string("count = 3", 1.0, "beam")).diagnostics[
+        "in_plane_frequency"
+    ] == pytest.approx(wave)
 
 
-@pytest.mark.parametrize(("model", "count", "stress"), [("auto", 1, 20.0), ("beam", 3, 5.0)])
-def test_modes_near_the_in_plane_resonances_are_warned_of_and_beyond_them_refused(
-    model, count, stress
-):
-    near = string(count, stress, model)
-    beyond = string(6, 20.0, model) if model == "beam" else string(8, 200.0, model)
+NEAR_AND_BEYOND = {
+    "auto": (string(ALONG, 15.0), string("count = 8", 200.0)),
+    "beam": (string("count = 3", 5.0, "beam"), string("count = 6", 20.0, "beam")),
+}
+
+
+@pytest.mark.parametrize("model", NEAR_AND_BEYOND)
+def test_modes_near_the_in_plane_resonances_are_warned_of_and_beyond_them_refused(model):
+    near, beyond = NEAR_AND_BEYOND[model]
     with pytest.warns(AccuracyWarning, match=r"in-plane .* coefficients by \d\d+% there; ask"):
         reduce(near)
     with pytest.raises(SolverError, match=r"in-plane resonances begin at \S+ Hz .* fewer of them"):
