@@ -19,6 +19,7 @@ import pytest
 from nanorom.cli.main import main
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
+from nanorom.scene.units import tabulated
 
 # Clamped plate with T_x != T_y of Keskekler et al. with E = 410 GPa, in Hz: spectral solution that
 # is independent of finite elements, all digits converged.
@@ -187,10 +188,9 @@ def test_info_prints_the_modes_with_units(rom, capsys):
     text = capsys.readouterr().out
     model = ReducedModel.load(rom)
     assert re.search(r"frequency +mass +stiffness +Q", text)
-    assert re.search(r"Hz +kg +N/m +1 +N/m\^2 +N/m\^3", text)
-    for r in range(2):
-        frequency = re.escape(f"{model.frequency[r]:.9e}")
-        assert re.search(rf"{model.label[r]} +{frequency}", text)
+    assert re.search(r"MHz +\w*g +N/m +1 +(1e\d+ )?N/m\^2 +1e\d+ N/m\^3", text)
+    for label, frequency in zip(model.label, tabulated(model.frequency, "Hz", 10)[0]):
+        assert re.search(rf"{label} +{re.escape(frequency)}", text)
     assert "180" in text  # the quality factor
 
 
@@ -291,7 +291,7 @@ def test_plot_draws_a_model_and_a_response_beside_the_file(tmp_path, rom, sweep,
     assert main(["plot", str(rom)]) == 0
     assert main(["plot", str(response), "-o", str(tmp_path / "new" / "pictures")]) == 0
     assert main(["info", str(response)]) == 0
-    assert "level 2  0.002 Pa direct" in capsys.readouterr().out
+    assert "level 2  2 mPa direct" in capsys.readouterr().out
     assert (tmp_path / "modes.png").exists()
     assert names(tmp_path / "new" / "pictures") == ["amplitudes.png", "response.png"]
 
