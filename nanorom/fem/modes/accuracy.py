@@ -120,6 +120,30 @@ def of_state(plate: Plate, deflection: np.ndarray, stiffening: float, in_plane: 
     return float(FREQUENCY * beyond / total + STRETCHED * in_plane) if total > 0 else 0.0
 
 
+def of_softening(
+    modes: Modes, deflection: np.ndarray, stiffening: float, in_plane: float, quadratic: np.ndarray
+) -> np.ndarray:
+    """Estimated error (n,), relative, of frequencies by that of a static deflection in the modes.
+
+    deflection: (local dofs,); quadratic: (n, n, n) force of the modes, in the plate's units and
+    those of the deflection.  An error e of the deflection moves mode j by its product in energy
+    with what the discrete mode leaves out (Galerkin's orthogonality), over the mode's stiffness;
+    where that is small, as before a film is pulled in, so does the stiffness of all modes change.
+    Collective.
+    """
+    plate, comm = modes.plate, modes.plate.domain.comm
+    columns = np.column_stack([deflection, modes.shapes])
+    beyond, _, whole = comm.allreduce(_deflection_tails(plate, columns, stiffening))
+    owned = modes.shapes[: modes.n_owned]
+    square = comm.allreduce(np.sum(owned * algebra.multiply(modes.mass, owned), axis=0))
+    stiffness = modes.eigenvalues * square
+    product = FREQUENCY * np.sqrt(beyond[0] * beyond[1:])
+    product += STRETCHED * in_plane * np.sqrt(whole[0] * whole[1:])
+    moved = product / stiffness
+    change = np.abs(np.einsum("iij->ij", quadratic)) @ moved / plate.mirrors.copies
+    return np.asarray(change / stiffness)
+
+
 def of_relaxation(modes: Modes, displacement: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Estimated error (n,), relative, of frequencies under a pre-stress that relaxed. Collective.
 

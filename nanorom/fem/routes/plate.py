@@ -117,7 +117,10 @@ def solve(
     with watch.stage("tensors"):
         force = force_of(scene, scales, units, modes, watch, journal)
     with watch.stage("errors"):
-        told = force.diagnostics | error_estimates(static, modes, errors, force, stiffening, missed)
+        quadratic = units.deflection / scales.tension * force.quadratic
+        told = force.diagnostics | error_estimates(
+            static, modes, errors, force, quadratic, stiffening, missed
+        )
         if np.isfinite(force.in_plane.eigenvalue):
             eigenvalue = force.in_plane.eigenvalue
             told["in_plane_frequency"] = scales.in_plane_frequency(eigenvalue)
@@ -131,13 +134,15 @@ def error_estimates(
     modes: Modes,
     errors: accuracy.ModeErrors,
     force: Force,
+    quadratic: np.ndarray,
     stiffening: float,
     missed: float,
 ) -> dict[str, Any]:
     """Estimated relative errors of frequencies and of the cubic tensor, by name. Collective.
 
-    errors: of the modes; stiffening: of the state, see `accuracy.stiffening_of`; missed: effect of
-    what the model leaves out, and of an edge layer that the mesh does not see.
+    errors: of the modes; quadratic: their force in the plate's units; stiffening: of the state, see
+    `accuracy.stiffening_of`; missed: effect of what the model leaves out, and of an edge layer that
+    the mesh does not see.
     """
     found: dict[str, Any] = {}
     frequency, of_state = errors.frequency, 0.0
@@ -146,6 +151,9 @@ def error_estimates(
             static.plate, static.deflection, stiffening, force.in_plane.error
         )
         found["error_state"] = of_state
+        frequency = frequency + accuracy.of_softening(
+            modes, static.deflection, stiffening, force.in_plane.error, quadratic
+        )
     if static.relaxed is not None:
         energies = force.in_plane.energies
         frequency = frequency + accuracy.of_relaxation(modes, static.relaxed, energies)
