@@ -107,7 +107,8 @@ def _drum_keys(
         pair = np.flatnonzero(nearest == i)
         middle = 0.0 if symmetric or len(pair) != 2 else lean[pair].mean()
         keys.append((p, m, "" if p == 0 else "s" if lean[n] > middle else "c"))
-    known, scores = [], []
+    known: list[tuple] = []
+    scores = []
     for (p, m), score in zip(candidates, content.T):
         for side, part in zip("cs" if p else ("",), (score.real, score.imag)):
             known.append((p, m, side))
