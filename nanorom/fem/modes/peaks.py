@@ -60,8 +60,7 @@ def fitted(
     owners: (n,) the mode whose value is taken at a point; room: about the points; area: of the
     rectangle about the film.  Not a number where there is no room.
     """
-    widest = np.full(len(owners), np.inf) if room.convex else room.inside
-    waves = [_Waves.of(modes, *place) for place in zip(owners, centres, room.inside, widest)]
+    waves = [_Waves.of(modes, *place) for place in zip(owners, centres, room.inside, room.widest)]
     radii = np.array([wave.radius for wave in waves])
     rule = _rule(modes.plate)
     cells = _sampled(modes.plate, len(rule[1]), float(np.pi * radii.min() ** 2 / area))
