@@ -1,8 +1,8 @@
 """How much room there is about a point of the film for waves that solve its equation.
 
 Beyond the held edge of a convex film a mode can be continued some way.  Not past an edge that is
-hollow, of a hole or a corner that reaches in, behind which it is singular; and at a free edge, where
-its peak may lie, one side alone says too little: there the shape's own value counts.
+hollow, of a hole or a corner that reaches in: behind it the mode is singular.  And at a free edge,
+where its peak may lie, one side alone says too little: there the shape's own value counts.
 """
 
 from __future__ import annotations
