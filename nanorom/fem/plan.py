@@ -52,7 +52,7 @@ class Plan:
     def layer(self) -> float:
         """Width sqrt(D/T) of the edge layer in units of the scene's length; 0 without bending."""
         acting = acting_tension(self.scene) or self.scene.tension
-        tension = max(acting.x, acting.y, 1e-300)
+        tension = max(acting.largest, 1e-300)
         return float(np.sqrt(self.scales.bending * self.scales.tension / tension))
 
     def discretisation(self, aim: float | None) -> Discretisation:
@@ -76,7 +76,7 @@ class Plan:
         """About how many degrees of freedom w has; None for a mesh file, not yet read."""
         chosen = self.discretisation(self.scene.accuracy.tolerance)
         cells = discretisation.cells_of(chosen)
-        return None if cells is None else int(cells * chosen.degree**2 / 2 * 1.05)
+        return None if cells is None else discretisation.dofs_of(cells, chosen.degree)
 
 
 def bending_effect(scene: Scene) -> float | None:
@@ -87,12 +87,12 @@ def bending_effect(scene: Scene) -> float | None:
     wavelengths on a mesh file.
     """
     tension = acting_tension(scene)
-    if tension is None or min(tension.x, tension.y) <= 0 or scene.plate.bends is False:
+    if tension is None or tension.smallest <= 0 or scene.plate.bends is False:
         return None
     scales, supports = Scales.of(scene), scene.supports.values()
     assert not isinstance(scene.geometry, MeshFile)  # its tension is not known beforehand
     wavenumber = discretisation.shortest_wave(scene.geometry, scene.modes.highest) * scales.length
     size = 1.0 if isinstance(scene.geometry, Disc) else scene.geometry.width / scales.length
-    layer = float(np.sqrt(scales.bending * scales.tension / min(tension.x, tension.y)))
+    layer = float(np.sqrt(scales.bending * scales.tension / tension.smallest))
     scaled = BENDING_FACTOR * max(wavenumber, 1 / size) * layer
     return scaled if "clamped" in supports or scene.support.springs else scaled**2

@@ -9,6 +9,7 @@ from nanorom.fem.symmetry import AXES, OPPOSITE
 from nanorom.scene.film import Tension
 from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import in_plane_of
 
 
 @attrs.frozen
@@ -39,7 +40,7 @@ class Scales:
         stiffness = 0.0
         if bending and scene.plate.bends is not False:
             stiffness = stretch * h**2 / (12 * (1 - material.poisson_ratio**2)) / length**2
-        tension = max(abs(scene.tension.x), abs(scene.tension.y), stiffness)
+        tension = max(*(abs(t) for t in scene.tension.principal), stiffness)
         mass = material.density * h * length**2
         return cls(length, tension, mass, stretch / length**2, stiffness / tension)
 
@@ -71,8 +72,12 @@ def acting_tension(scene: Scene) -> Tension | None:
         change = (load.stress or 0.0) * scene.plate.thickness
     if scene.plate.initial_shape is not None or isinstance(scene.geometry, MeshFile):
         return None
-    tension, kinds = Tension(scene.tension.x + change, scene.tension.y + change), scene.supports
+    t, kinds = scene.tension, scene.supports
+    tension = Tension(t.x + change, t.y + change, t.xy)
     for axis, pull in zip(AXES, (tension.x, tension.y)):
-        if pull and any(kinds.get(end) == "free" for end in OPPOSITE[axis]):
+        held = all(in_plane_of(kinds.get(end, "fixed")) == "fixed" for end in OPPOSITE[axis])
+        if (pull or tension.xy) and not held:
             return None
+    if isinstance(scene.geometry, Disc) and in_plane_of(scene.support.kind("edge")) != "fixed":
+        return None
     return tension

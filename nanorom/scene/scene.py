@@ -38,9 +38,12 @@ from nanorom.scene.geometry import (
 )
 from nanorom.scene.load import Load
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
+from nanorom.scene.rules import check_film
 from nanorom.scene.support import (
     STRING_ENDS,
+    Edge,
     Kind,
+    PlaneSpring,
     Spring,
     Support,
 )
@@ -51,10 +54,12 @@ __all__ = [
     "Damping",
     "Disc",
     "Drive",
+    "Edge",
     "Load",
     "Material",
     "MeshFile",
     "Modes",
+    "PlaneSpring",
     "Plate",
     "Rectangle",
     "Reduction",
@@ -122,25 +127,7 @@ class Scene(metaclass=_Loaded):
                         f"support.{name}: unknown side of a {self.geometry.shape}{hint}; "
                         f"allowed: {', '.join(sides)}, default"
                     )
-            if all(self.support.kind(side) == "free" for side in sides):
-                raise SceneError("support.edge: every side is free; hold at least one side")
-        if self.plate.model == "membrane" and min(self.tension.x, self.tension.y) <= 0:
-            raise SceneError(
-                f"tension: found x = {self.tension.x:g}, y = {self.tension.y:g} N/m; "
-                "allowed: both greater than 0 for a membrane"
-            )
-        if self.plate.model == "plate" and self.accuracy.degree == 1:
-            raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
-        if self.support.springs and self.plate.model == "shell":
-            raise SceneError(
-                "support: found springs beside plate.model = shell; "
-                "allowed: clamped | simply_supported | free"
-            )
-        if self.plate.model == "membrane" and any(s.rotational for s in self.support.springs):
-            raise SceneError(
-                "support.rotational: found beside plate.model = membrane, which has no bending "
-                "stiffness to turn it; allowed: a transverse spring"
-            )
+        check_film(self)
         if not self.flat and self.reduction.method == "tangent":
             raise SceneError(
                 "reduction.method: found tangent for a film that is not flat; "

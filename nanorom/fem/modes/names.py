@@ -25,6 +25,7 @@ from nanorom.fem.modes.normal import orient
 from nanorom.fem.symmetry import AXES, OPPOSITE, Parity, is_square, is_symmetric
 from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import deflection_of
 
 MIXED = 0.9  # a second component at least so large makes a name of two
 PURE = 0.99  # of a shape's square in one harmonic: less is a mixture
@@ -41,24 +42,30 @@ def name(scene: Scene, modes: AnyModes, unsure: float = 0.0) -> tuple[AnyModes, 
     unsure = min(unsure, NEAR)
     ranked = max(RANKED, unsure)
     if isinstance(scene.geometry, Disc):
-        isotropic = scene.tension.x == scene.tension.y
-        return name_drum(modes, is_symmetric(scene), isotropic, ranked)
+        symmetric = not scene.tension.xy and is_symmetric(scene)
+        free = deflection_of(scene.support.kind("edge")) == "free"
+        return name_drum(modes, symmetric, scene.tension.is_isotropic, free, ranked)
     if isinstance(scene.geometry, Rectangle):
-        free = {side: kind == "free" for side, kind in scene.supports.items()}
+        open_ends = {s: deflection_of(kind) == "free" for s, kind in scene.supports.items()}
         equal = DEGENERATE if is_square(scene) else 0.0
-        ends = [(free[low], free[high]) for low, high in OPPOSITE.values()]
+        ends = [(open_ends[low], open_ends[high]) for low, high in OPPOSITE.values()]
         return name_rectangle(modes, ends, equal, ranked)
     return name_by_number(modes, max(DEGENERATE, unsure))
 
 
 def name_drum(
-    modes: AnyModes, symmetric: bool, isotropic: bool, ranked: float = RANKED
+    modes: AnyModes,
+    symmetric: bool,
+    isotropic: bool,
+    free: bool = False,
+    ranked: float = RANKED,
 ) -> tuple[AnyModes, list[str]]:
     """Orient the pairs of a drum and name its modes ``f01``, ``f11c``, ``f11s``... Collective.
 
     ``symmetric``: both axes are mirrors of the drum and its load, so that what splits a pair lies
     along them; ``isotropic``: the tension is, so that nothing splits a pair of a symmetric drum;
-    ``ranked``: relative difference of squared frequencies below which names rank.
+    ``free``: its edge is no nodal circle; ``ranked``: relative difference of squared frequencies
+    below which names rank.
     """
     candidates = _drum_modes(modes.shapes.shape[1])
     content = _drum_content(modes, candidates)
@@ -90,6 +97,8 @@ def name_drum(
         ]
         modes, keys = _sorted(_equalised(modes, pairs), pairs, keys)
     modes, keys = _sorted(modes, clusters(modes.eigenvalues, ranked), keys)
+    if free:
+        keys = [(p, circles, side) for (p, _, side), circles in zip(keys, _circles(keys))]
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
 
@@ -125,6 +134,18 @@ def _unique(keys: list[tuple], known: list[tuple], scores: np.ndarray) -> list[t
     for i, k in zip(*linear_sum_assignment(scores[np.ix_(shared, left)] ** 2, maximize=True)):
         chosen[shared[i]] = known[left[k]]
     return chosen
+
+
+def _circles(keys: list[tuple]) -> list[int]:
+    """Nodal circles of the modes of a free disc, from (p, m, side) in the order of frequencies.
+
+    Those of p = 0 and 1 without any are rigid motions, which are left out.
+    """
+    found = []
+    for i, (p, _, side) in enumerate(keys):
+        before = sum((q, other) == (p, side) for q, _, other in keys[:i])
+        found.append(before + (1 if p < 2 else 0))
+    return found
 
 
 def _diameters(content: np.ndarray, candidates: list[tuple[int, int]]) -> np.ndarray | None:

@@ -161,7 +161,7 @@ def _displacements(
         if number == len(loads):
             stiffness.destroy()
         equilibrium.respond(loads[parity], SOLVED)
-        known[parity] = inplane.known(plate, loads[parity], equilibrium)
+        known[parity] = inplane.known(plate, loads[parity], parity, equilibrium)
         equilibrium.release()
     compat.free_memory(plate.domain.comm)
     return loads, known
@@ -188,6 +188,9 @@ def _pair_products(
         energy[parity] += membrane.product(force, strain)
         if told is not None:
             told(field, slope, pairs[parity], force)
+    if plate.stiffness.in_plane:
+        for parity, moved in displacements.items():
+            energy[parity] += membrane.spring_work(plate, moved)
     return {parity: plate.domain.comm.allreduce(e) for parity, e in energy.items()}
 
 

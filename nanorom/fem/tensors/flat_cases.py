@@ -82,8 +82,8 @@ class FlatCases:
                 force = self._trilinear(own, other, own)
                 largest = max(largest, np.abs(np.diag(force[first:])).max())
                 found += [
-                    inplane.known(self.plate, moved, self._equilibria.get(parity))
-                    for parity, moved in self.displacement.items()
+                    inplane.known(self.plate, moved, p, self._equilibria.get(p))
+                    for p, moved in self.displacement.items()
                 ]
         return InPlane.of_parts(found, largest)
 
@@ -163,6 +163,10 @@ class FlatCases:
                 force = membrane.force(self.plate, strain) * field.weights[..., None]
                 load = loads.setdefault(parity, membrane.no_load(self.plate, q1.shape[1]))
                 membrane.add_load(self.plate, field, force, load)
+        if self.plate.stiffness.in_plane:
+            for parity in self.displacement:
+                force = membrane.spring_force(self.plate, self.displacement[parity])
+                loads[parity][: len(force)] += force
         return loads
 
     def _mode_slopes(self, field: quadrature.CellFields) -> dict[Parity, tuple]:
@@ -180,7 +184,7 @@ class FlatCases:
         equilibrium = self._equilibria[parity]
         if again:
             return equilibrium.correction(load)
-        block = load[equilibrium.free.local]
+        block = equilibrium.free.taken(load)
 
         def residual(u: np.ndarray | None) -> np.ndarray:
             return block if u is None else block + equilibrium.product(u)

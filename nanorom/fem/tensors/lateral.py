@@ -37,8 +37,9 @@ def is_slender(plate: Plate) -> bool:
     """
     mesh, comm, copies = plate.domain.mesh, plate.domain.comm, plate.mirrors.copies
     x = mesh.geometry.x[:, :2]
-    held = np.unique(compat.facet_vertices(mesh, plate.supported))
-    supports = np.concatenate(comm.allgather(x[held]))
+    nodes = plate.in_plane.tabulate_dof_coordinates()[:, :2]
+    held = (plate.holding.rigid + plate.holding.elastic).any(axis=1)
+    supports = np.concatenate(comm.allgather(nodes[held]))
     away, _ = cKDTree(supports).query(x)
     mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
     edge = np.setdiff1d(compat.exterior_facets(mesh), mirrors)
@@ -58,7 +59,7 @@ def slowest(plate: Plate, equilibrium: Equilibrium, displacements: np.ndarray) -
     Per unit of membrane stiffness and mass; all of one class of symmetry, that of the equilibrium.
     """
     space = _Space(plate, equilibrium)
-    columns = displacements[equilibrium.free.local]
+    columns = equilibrium.free.taken(displacements)
     space.add(columns)
     if not space.size:
         return np.inf
@@ -118,7 +119,7 @@ class _Space:
         """Displacements by the inertia of others: a step of inverse iteration. Collective."""
         free = self._equilibrium.free
         moved = self._equilibrium.correction(free.extended(self.inertia(columns)))
-        return -moved[free.local]
+        return -free.taken(moved)
 
     def add(self, columns: np.ndarray) -> None:
         """Take displacements (owned free rows, m) in addition. Collective."""
@@ -147,7 +148,8 @@ def _forms(plate: Plate) -> tuple[ufl.Form, ufl.Form]:
     u, v = ufl.TrialFunction(plate.in_plane), ufl.TestFunction(plate.in_plane)
     mesh, state, dx = plate.domain.mesh, plate.state, plate.dx(plate.stretching_degree)
     x, y = (fem.Constant(mesh, float(pull)) for pull in state.tension)
-    force = ufl.as_matrix([[x, 0.0], [0.0, y]])
+    xy = fem.Constant(mesh, float(state.shear))
+    force = ufl.as_matrix([[x, xy], [xy, y]])
     if state.prestress is not None:
         force = force + state.prestress
     tension = ufl.inner(ufl.grad(u) * force, ufl.grad(v)) * dx

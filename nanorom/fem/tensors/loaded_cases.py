@@ -88,7 +88,7 @@ class StaticCases:
             energies.append(0.5 * amplitude * abs(self._force(q)[j]))
             displacements.append(self._case.u.x.array.copy())
         columns = np.column_stack(displacements)
-        found = inplane.known(self.plate, columns, self._case.equilibrium)
+        found = inplane.known(self.plate, columns, (), self._case.equilibrium)
         return InPlane.of_parts([found], max(energies))
 
     def _force(self, q: np.ndarray) -> np.ndarray:
@@ -134,4 +134,4 @@ class _Reaction:
         assert self.equilibrium is not None
         free = self.equilibrium.free
         self.u.x.array[:] = 0.0 if u is None else free.extended(u)[:, 0]
-        return algebra.assemble_vector(self._residual)[free.local, None]
+        return free.taken(algebra.assemble_vector(self._residual))[:, None]
