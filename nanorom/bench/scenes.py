@@ -23,7 +23,7 @@ from nanorom.scene.film import Material, Plate, Tension
 from nanorom.scene.geometry import Disc, Geometry, MeshFile, Rectangle, String
 from nanorom.scene.load import Load
 from nanorom.scene.scene import Accuracy, Modes, Scene
-from nanorom.scene.support import Kind, Spring, Support
+from nanorom.scene.support import Kind, Spring, Support, deflection_of
 from nanorom.workflow import reduce
 
 SEED, COUNT, FEW = 16, 200, 4
@@ -242,8 +242,8 @@ def told(scene: Scene) -> str:
     shape = geometry.file.stem if isinstance(geometry, MeshFile) else geometry.shape
     if isinstance(geometry, Rectangle):
         shape += f" 1 x {geometry.width:.3f}"
-    kinds = [scene.supports[side] for side in scene.supports if side != "default"]
-    kinds = kinds or [scene.support.default]
+    named = [scene.supports[side] for side in scene.supports if side != "default"]
+    kinds = map(deflection_of, named or [scene.support.default])
     held = "".join("e" if isinstance(kind, Spring) else kind[0] for kind in kinds)
     tension = ", ".join(f"{t / rigidity:.3g}" for t in (scene.tension.x, scene.tension.y))
     load = ""

@@ -14,6 +14,7 @@ from nanorom.fem.scales import Scales, acting_tension
 from nanorom.fem.symmetry import Mirrors, is_symmetric
 from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import deflection_of
 
 BENDING_FACTOR = 4.0  # from wavenumber x layer to a bound on the effect of bending: 30 times safe
 SKIPPED = 0.5  # of the tolerance: what is left out may take; the mesh has the rest
@@ -89,7 +90,8 @@ def bending_effect(scene: Scene) -> float | None:
     tension = acting_tension(scene)
     if tension is None or tension.smallest <= 0 or scene.plate.bends is False:
         return None
-    scales, supports = Scales.of(scene), scene.supports.values()
+    scales = Scales.of(scene)
+    supports = map(deflection_of, scene.supports.values())
     assert not isinstance(scene.geometry, MeshFile)  # its tension is not known beforehand
     wavenumber = discretisation.shortest_wave(scene.geometry, scene.modes.highest) * scales.length
     size = 1.0 if isinstance(scene.geometry, Disc) else scene.geometry.width / scales.length
