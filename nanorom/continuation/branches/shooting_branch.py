@@ -361,7 +361,7 @@ class Takeover:
             try:
                 return place, self._step(here, place)[0]
             except ContinuationError:
-                continue
+                continue  # a little farther from the branch point it may exist
         return None
 
     def _between(self, first: Point, second: Point, test: Callable[[Point], float]) -> Point:

@@ -287,7 +287,7 @@ class _Curve:
             try:
                 change, direction = np.linalg.solve(np.vstack([jacobian, border]), right).T
             except np.linalg.LinAlgError:
-                break
+                break  # and raise, as where the corrections do not shrink
             z = z + change
             if not np.all(np.isfinite(z)) or z[balance.basis.size] <= 0:
                 break

@@ -234,7 +234,7 @@ class Detector:
         closest = min(LOCATED * (last - low.a), IN_TONGUE * self.path.tracer.accuracy.loss)
         try:
             return Place(step, float(brentq(value, low.a, last, xtol=closest, rtol=ROUND_OFF)))
-        except ValueError:
+        except ValueError:  # round-off: an end is the zero, and `_uncounted` counts what crosses
             return None
 
     def _classify(self, condition: Condition, place: Place, tolerance: float) -> Detected | None:
