@@ -11,8 +11,28 @@ from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
 
-# models of the film, and whether they have bending stiffness; None: where it makes a difference
-MODELS = {"auto": None, "membrane": False, "plate": True, "shell": True, "beam": True}
+
+@attrs.frozen
+class Model:
+    """What a model of the film means for the rest of a scene.
+
+    bends: with bending stiffness; None: where it makes a difference.  Without it the film is held
+    by its tension alone, and nothing turns at a rotational spring; lowest_degree: of the deflection
+    on a mesh; springs: an edge may be elastic.
+    """
+
+    bends: bool | None
+    lowest_degree: int = 1
+    springs: bool = True
+
+
+MODELS = {
+    "auto": Model(bends=None),
+    "membrane": Model(bends=False),
+    "plate": Model(bends=True, lowest_degree=2),
+    "shell": Model(bends=True, springs=False),
+    "beam": Model(bends=True),
+}
 
 
 def _shape_file(value: Any) -> Path | None:
@@ -61,6 +81,11 @@ class Plate:
     @property
     def bends(self) -> bool | None:
         """With bending stiffness or without; None: where it makes a difference."""
+        return self.rules.bends
+
+    @property
+    def rules(self) -> Model:
+        """What the model means for the rest of a scene."""
         return MODELS[self.model]
 
 

@@ -219,7 +219,7 @@ def on_triangulation(
 class PlateRoute(Route):
     """Plates and membranes, flat or about a static state, cut at their mirrors."""
 
-    load_curves = True
+    of_plates = True
 
     def groups(self, plan: Plan, ranks: int, memory: float) -> int:
         """Groups share classes of symmetry, which wait for each other less than ranks that share a

@@ -18,10 +18,11 @@ from nanorom.scene.scene import Scene
 class Route(ABC):
     """What it refuses, what it needs, what that costs, and the parts of the model that it makes.
 
-    load_curves: its film is a plate, so that its states can be followed with their load.
+    of_plates: its film is a plate or membrane, whose states can be followed with their load, and
+    whose own periodic orbits can be solved for.
     """
 
-    load_curves = False
+    of_plates = False
 
     def check(self, scene: Scene) -> None:
         """Raise SceneError for what this route cannot do, before anything expensive."""
