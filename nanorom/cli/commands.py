@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -224,6 +225,23 @@ def plot_command(options: argparse.Namespace) -> None:
         measured = MeasuredResponse.from_file(options.data)
     make_directory(directory)
     stored.call(kind.draw, content, options.file, directory, measured)
+
+
+def view_command(options: argparse.Namespace) -> None:
+    from nanorom.report.viewer.listing import view
+
+    page = view(options.path, options.output)
+    print(page)
+    if not options.no_browser and _has_screen():
+        import webbrowser
+
+        webbrowser.open(page.resolve().as_uri())
+
+
+def _has_screen() -> bool:
+    """Whether a browser would have a window: one that runs in the terminal is not wanted."""
+    named = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return sys.platform in ("darwin", "win32") or any(map(os.environ.get, named))
 
 
 def bench_command(options: argparse.Namespace) -> None:

@@ -163,6 +163,20 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _view(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "path", type=Path, metavar="PATH", help="any of nanorom's HDF5 files, or a folder of them"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="PAGE",
+        help="the page, or the folder for the pages (default: beside the files)",
+    )
+    parser.add_argument("--no-browser", action="store_true", help="write the page, open no browser")
+
+
 def _bench(parser: argparse.ArgumentParser) -> None:
     what = parser.add_mutually_exclusive_group()
     for name, text in (
@@ -249,6 +263,11 @@ COMMANDS = {
     ),
     "plot": Command(
         commands.plot_command, "Draw a rom.h5 (mode gallery), a response.h5 or a tuning.h5.", _plot
+    ),
+    "view": Command(
+        commands.view_command,
+        "Make a page to work with of a file, or of a folder: diagrams, the moving film, tables.",
+        _view,
     ),
     "bench": Command(
         commands.bench_command, "Measure run time against error, and numerical stability.", _bench

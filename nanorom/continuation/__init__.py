@@ -10,6 +10,8 @@ from nanorom.continuation.curves.locus import Locus, locus
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
+from nanorom.continuation.drive import Drive
+from nanorom.continuation.first_order import FirstOrder
 from nanorom.continuation.noise import LinearResponse
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.sweep import Sweep, sweep
@@ -24,6 +26,8 @@ __all__ = [
     "Branch",
     "Comb",
     "Diagram",
+    "Drive",
+    "FirstOrder",
     "LinearResponse",
     "Locus",
     "ModalSystem",

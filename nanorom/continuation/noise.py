@@ -20,7 +20,8 @@ import numpy as np
 from nanorom.continuation.orbits.floquet import FloquetSolver
 from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix, full_support
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
-from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
@@ -65,7 +66,7 @@ class LinearResponse:
         parametric: float = 0.0,
     ) -> None:
         scaled = system.scaled(direct, parametric)
-        coefficients = orbit.coefficients / scaled.amplitude
+        coefficients = scaled.inner(orbit.coefficients)
         if coefficients.shape[1] != scaled.size:
             raise ContinuationError(
                 f"orbit: found {coefficients.shape[1]} modes; allowed {scaled.size}"
@@ -98,13 +99,15 @@ class LinearResponse:
         + m * rate. Angular frequencies in rad per unit of time; N is as large as needed.
         """
         given = np.atleast_1d(np.asarray(omega, dtype=float)) / self._scaled.frequency
-        inverse = np.linalg.inv(self.system.mass) / self._scaled.frequency**2
+        scaled, modes = self._scaled, self.system.size
+        shapes = np.eye(scaled.size) if scaled.shapes is None else scaled.shapes
+        inverse = np.linalg.inv(self.system.mass) / scaled.frequency**2
         most = FIRST_SIDEBANDS + abs(sideband)
         while True:
             rows = np.stack([self._row(value, most, sideband) for value in given])
             sizes = np.abs(rows).max(axis=(0, 2, 3))
             if max(sizes[0], sizes[-1]) < LAST * sizes.max() or most >= MOST_SIDEBANDS:
-                return np.asarray(rows @ inverse)
+                return np.asarray(shapes @ rows[..., :modes] @ inverse)
             most *= 2
 
     def density(
@@ -194,7 +197,7 @@ class LinearResponse:
         blocks = self._stiffness[place] + 1j * s[None, :, None, None] * self._damping[place]
         blocks = np.where(present, blocks, 0.0)
         diagonal = np.arange(len(orders))
-        blocks[diagonal, diagonal] -= (s**2)[:, None, None] * np.eye(size)
+        blocks[diagonal, diagonal] -= (s**2)[:, None, None] * np.diag(self._scaled.inertia)
         matrix = blocks.transpose(0, 2, 1, 3).reshape(len(orders) * size, -1)
         wanted = np.zeros((len(orders) * size, size))
         first = (most + sideband) * size
@@ -215,15 +218,16 @@ def _tangents(
     """Complex Fourier coefficients (2F + 1, L, L), of orders -F ... F in the orbit's angle, of the
     tangent stiffness and damping along an orbit.
     """
-    reach = max(coefficients.shape[0] - 1, period_multiple)  # twice the harmonics
+    # twice the harmonics
+    reach = max(coefficients.shape[0] - 1, system.tones * period_multiple)
     count = 2 * reach + 1
     angles = 2 * np.pi / count * np.arange(count)
     table = fourier_matrix(angles, (len(coefficients) - 1) // 2)
     q, speed = table @ coefficients, rate * (table @ differentiate(coefficients))
     stiffness = system.stiffness + 2 * np.einsum("rjk,nj->nrk", system.quadratic, q)
     stiffness = stiffness + 3 * np.einsum("rjkl,nj,nk->nrl", system.cubic, q, q, optimize=True)
-    drive = np.cos(period_multiple * angles)
-    stiffness -= drive[:, None, None] * system.parametric
+    drive = fourier_matrix(period_multiple * angles, system.tones)
+    stiffness -= np.einsum("nk,rjk->nrj", drive, system.parametric)
     damping = system.damping + np.einsum("rkjl,nj,nl->nrk", system.loss, q, q, optimize=True)
     stiffness += 2 * np.einsum("rkjl,nl,nk->nrj", system.loss, q, speed, optimize=True)
     return _orders(stiffness), _orders(damping)

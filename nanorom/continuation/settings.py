@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nanorom.continuation.system import finite
+from nanorom.continuation.arrays import finite
 from nanorom.errors import ContinuationError
 
 BOUNDS = {  # of settings: beyond them they say nothing, or nothing can be kept

@@ -12,7 +12,8 @@ import attrs
 import numpy as np
 from scipy.integrate import odeint
 
-from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
@@ -78,11 +79,10 @@ def sweep(
     size = scaled.size
     if state is not None and (np.shape(state) != (2 * size,) or not np.all(np.isfinite(state))):
         raise ContinuationError(f"state: give (q, dq/dt) as {2 * size} finite numbers")
-    unit = np.repeat([scaled.amplitude, scaled.amplitude * scaled.frequency], size)
     # parametric resonance needs something to amplify
-    here = (
-        np.full(2 * size, DISTURBANCE) if state is None else np.asarray(state, dtype=float) / unit
-    )
+    here = np.full(2 * size, DISTURBANCE)
+    if state is not None:
+        here = scaled.inner_states(np.asarray(state, dtype=float))
     results = []
     escaped: float | None = None
     for number, frequency in enumerate(frequencies / scaled.frequency):
@@ -91,7 +91,7 @@ def sweep(
         except _Escaped:
             escaped = float(frequencies[number])
             break
-        results.append((amplitude * scaled.amplitude, here * unit, settled))
+        results.append((np.abs(scaled.given(amplitude)), scaled.given_states(here), settled))
         if progress is not None:
             progress(number + 1, len(frequencies))
     done = len(results)
@@ -142,24 +142,33 @@ def _settle(
     return motion[-1], np.abs(motion[:, : system.size]).max(axis=0), settled
 
 
-def equations(system: ScaledSystem, omega: float) -> Callable[[float, Array], Array]:
-    """d(q, q')/dt of the scaled equations of motion."""
-    size = system.size
+def equations(
+    system: ScaledSystem, omega: float, phase: Callable[[float], float] | None = None
+) -> Callable[[float, Array], Array]:
+    """d(q, q')/dt of the scaled equations of motion; phase: the drive's angle in time, omega times
+    it if left out. Of states of first order, q' is not used.
+    """
+    size, tones = system.size, np.arange(1, system.tones + 1)
     cubic = system.cubic.reshape(size * size, size * size)
     quadratic, loss = system.quadratic, system.loss.reshape(size * size, size * size)
     has_quadratic, has_loss = bool(quadratic.any()), bool(loss.any())
+    massless, damping = system.massless, system.inertia[:, None] * system.damping
+    terms = np.ones(2 * len(tones) + 1)
 
     def right_side(time: float, y: Array) -> Array:
         q, v = y[:size], y[size:]
         pairs = np.multiply.outer(q, q).ravel()
-        drive = np.cos(omega * time)
+        angles = tones * (omega * time if phase is None else phase(time))
+        terms[1::2], terms[2::2] = np.cos(angles), np.sin(angles)
         matrix = (cubic @ pairs).reshape(size, size) + system.stiffness
-        matrix -= drive * system.parametric
+        matrix -= system.parametric @ terms
         if has_quadratic:
             matrix += quadratic @ q
-        force = matrix @ q + system.damping @ v - drive * system.force
+        force = matrix @ q + damping @ v - system.force @ terms
         if has_loss:
             force += (loss @ pairs).reshape(size, size) @ v
-        return np.concatenate([v, -force])
+        rates = np.concatenate([v, -force])
+        rates[massless], rates[size + massless] = -force[massless], 0.0
+        return rates
 
     return right_side

@@ -1,88 +1,35 @@
-"""The modal equations of motion, from plain arrays in any units, and their scaled form.
+"""The modal equations of motion, from plain arrays in any units.
 
     M q'' + C q' + K q + A qq + B qqq + D q d(qq)/dt = (direct_level J + parametric_level P q)
     cos(omega t)
 
 Inside the package time is counted in units of the lowest natural frequency and amplitude in units
-of the displacement at which the cubic force equals the linear one, so that a diagram does not
-depend on the units of the arrays.
+of the displacement at which the cubic force equals the linear one (`scaled`), so that a diagram
+does not depend on the units of the arrays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
 
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import checked, finite, square
+from nanorom.continuation.drive import CARRIER, Drive, padded, terms
+from nanorom.continuation.first_order import FASTEST, FirstOrder, joined, units_of, widened
+from nanorom.continuation.scaled import (
+    ScaledSystem,
+    non_dimensional,
+    nonlinear_amplitude,
+    over_mass,
+)
 from nanorom.errors import ContinuationError
-from nanorom.types import Array, Numbers
+from nanorom.types import Array
 
-BITS = 43
 REAL = 1e-9  # imaginary part of a squared frequency that is round-off
 TENSORS = ("damping", "stiffness", "quadratic", "cubic", "cubic_damping")
-
-
-def finite(value: object) -> bool:
-    """Whether a value is one finite real number."""
-    try:
-        return bool(np.isfinite(float(value)))  # type: ignore[arg-type]
-    except (TypeError, ValueError):  # no number
-        return False
-
-
-def without_round_off(values: Array | float) -> Array:
-    """The first 43 bits (13 digits) of every number.
-
-    Systems that differ by their units alone become the same to the last bit, and so do their
-    diagrams: at a threshold, round-off would otherwise change the steps taken.
-    """
-    if not np.any(values):
-        return np.asarray(values, dtype=float)
-    mantissa, exponent = np.frexp(values)
-    return np.asarray(np.ldexp(np.round(np.ldexp(mantissa, BITS)), exponent - BITS))
-
-
-def _array(value: object, shape: tuple[int, ...], name: str) -> Array:
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ContinuationError(f"{name}: not an array of real numbers") from None
-    if array.shape != shape:
-        raise ContinuationError(f"{name}: shape {array.shape}, expected {shape}")
-    if not np.all(np.isfinite(array)):
-        raise ContinuationError(
-            f"{name}: contains NaN or infinite entries; check the reduction it comes from"
-        )
-    return array
-
-
-def _matrix(value: object, size: int, name: str) -> Array:
-    """A square matrix from a matrix, a diagonal or one number for all modes."""
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ContinuationError(f"{name}: not an array of real numbers") from None
-    if array.ndim == 0:
-        array = np.full(size, float(array))
-    if array.ndim == 1 and array.shape == (size,):
-        array = np.diag(array)
-    return _array(array, (size, size), name)
-
-
-def symmetrise_quadratic(tensor: Array) -> Array:
-    """A[r, j, k] averaged over the order of j, k: the force A qq is unchanged."""
-    return (tensor + tensor.transpose(0, 2, 1)) / 2
-
-
-def symmetrise_cubic(tensor: Array) -> Array:
-    """B[r, j, k, l] averaged over the order of j, k, l: the force B qqq is unchanged."""
-    total = tensor + tensor.transpose(0, 1, 3, 2)
-    for order in ((0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1)):
-        total += tensor.transpose(order)
-    total /= 6
-    return np.asarray(total)
+LEVELS = ("direct", "parametric")
 
 
 @attrs.frozen(eq=False, init=False)
@@ -110,6 +57,11 @@ class ModalSystem:
     cubic_damping : (L, L, L, L), optional
         D[r, j, k, l]; the force on mode r is sum_jkl D[r, j, k, l] q_l d(q_j q_k)/dt. Kelvin-Voigt:
         D = tau B.
+    drives : sequence of Drive, optional
+        Further harmonics of the drive, with phases; the two levels multiply them, too.
+    states : FirstOrder, optional
+        S states of first order beside the modes. Where results have L modes, they follow as
+        coordinates L + 1 ... L + S; of each, one multiplier is zero.
     damped : bool, optional
         False lets C be zero, for what needs no damping: backbones, exports, free vibration.
 
@@ -127,6 +79,8 @@ class ModalSystem:
     direct: Array
     parametric: Array
     cubic_damping: Array
+    drives: tuple[Drive, ...]
+    states: FirstOrder | None
 
     def __init__(
         self,
@@ -138,6 +92,8 @@ class ModalSystem:
         direct: object = None,
         parametric: object = None,
         cubic_damping: object = None,
+        drives: Sequence[Drive] = (),
+        states: FirstOrder | None = None,
         damped: bool = True,
     ) -> None:
         if stiffness is None:
@@ -150,18 +106,22 @@ class ModalSystem:
         shape2, shape3, shape4 = (size,) * 2, (size,) * 3, (size,) * 4
         zero = np.zeros
         self.__attrs_init__(  # type: ignore[attr-defined]
-            mass=_matrix(1.0 if mass is None else mass, size, "mass"),
-            damping=_matrix(damping, size, "damping"),
-            stiffness=_matrix(stiffness, size, "stiffness"),
-            quadratic=zero(shape3) if quadratic is None else _array(quadratic, shape3, "quadratic"),
-            cubic=zero(shape4) if cubic is None else _array(cubic, shape4, "cubic"),
-            direct=zero(size) if direct is None else _array(direct, (size,), "direct"),
+            mass=square(1.0 if mass is None else mass, size, "mass"),
+            damping=square(damping, size, "damping"),
+            stiffness=square(stiffness, size, "stiffness"),
+            quadratic=zero(shape3)
+            if quadratic is None
+            else checked(quadratic, shape3, "quadratic"),
+            cubic=zero(shape4) if cubic is None else checked(cubic, shape4, "cubic"),
+            direct=zero(size) if direct is None else checked(direct, (size,), "direct"),
             parametric=zero(shape2)
             if parametric is None
-            else _matrix(parametric, size, "parametric"),
+            else square(parametric, size, "parametric"),
             cubic_damping=zero(shape4)
             if cubic_damping is None
-            else _array(cubic_damping, shape4, "cubic_damping"),
+            else checked(cubic_damping, shape4, "cubic_damping"),
+            drives=tuple(drive.filled(size, states.size if states else 0) for drive in drives),
+            states=states,
         )
         self._check()
         if damped:
@@ -175,6 +135,10 @@ class ModalSystem:
         return 1
 
     def _check(self) -> None:
+        if self.states is not None and self.states.modes != self.size:
+            raise ContinuationError(
+                f"states: found coupling to {self.states.modes} modes; allowed {self.size}"
+            )
         if np.linalg.eigvalsh((self.mass + self.mass.T) / 2).min() <= 0:
             raise ContinuationError(
                 "mass: not positive definite; every modal mass must be positive"
@@ -218,6 +182,33 @@ class ModalSystem:
         """Number of modes L."""
         return int(self.stiffness.shape[0])
 
+    @property
+    def direct_drive(self) -> Array:
+        """Force patterns (L + S, 2K + 1) at direct level 1, in the units of `direct`, by the terms
+        1, cos(omega t), sin, cos(2 omega t), ...; the last rows are what feeds the states.
+        """
+        own = terms(self.drives, "direct", self.direct)
+        count = self.states.size if self.states else 0
+        return np.concatenate([own, terms(self.drives, "states", np.zeros(count))])
+
+    @property
+    def parametric_drive(self) -> Array:
+        """Stiffness patterns (L, L, 2K + 1) at parametric level 1, in the units of `parametric`, by
+        the terms of `direct_drive`.
+        """
+        return terms(self.drives, "parametric", self.parametric)
+
+    def arrays(self) -> dict[str, Array]:
+        """All arrays of the equations by name, in the shapes and units of their fields;
+        those of the states as "states.rate" (S, S), ...
+        """
+        own = {name: getattr(self, name) for name in ("mass", *TENSORS)}
+        own |= {"direct": self.direct_drive, "parametric": self.parametric_drive}
+        if self.states is not None:
+            states = attrs.asdict(self.states, recurse=False)
+            own |= {f"states.{name}": array for name, array in states.items()}
+        return own
+
     def scaled(self, direct: float = 0.0, parametric: float = 0.0) -> ScaledSystem:
         """The equations at given drive levels (in units of the patterns), made non-dimensional.
 
@@ -229,155 +220,132 @@ class ModalSystem:
         if direct or parametric:
             self._check_damping()
         frequency = float(np.sqrt(self.natural_frequencies_squared()[0]))
+        arrays = self._at_levels(direct, parametric, frequency)
+        amplitude = nonlinear_amplitude(self._of_modes(arrays), frequency)
+        system = non_dimensional(arrays, frequency, amplitude, self.size)
+        if self.states is None:
+            return system
+        units = units_of(system.stiffness, system.quadratic, system.force, self.size)
+        self._check_states(system)
+        return system.turned(np.diag(units))
+
+    def _at_levels(self, direct: float, parametric: float, frequency: float) -> dict[str, Array]:
+        """The arrays of modes and states over their mass."""
         arrays = {name: getattr(self, name) for name in TENSORS}
-        arrays["direct"], arrays["parametric"] = direct * self.direct, parametric * self.parametric
-        arrays = _over_mass(self.mass, arrays)
-        return _non_dimensional(arrays, frequency, _nonlinear_amplitude(arrays, frequency))
+        arrays["direct"] = direct * self.direct_drive
+        arrays["parametric"] = parametric * self.parametric_drive
+        over = self._over_mass(arrays, frequency)
+        return over if self.states is None else joined(over, self.states, self.mass, frequency)
+
+    def _over_mass(self, arrays: Mapping[str, Array], frequency: float) -> dict[str, Array]:
+        """Arrays over the mass, widened by zeros for the states but for what feeds these."""
+        size = self.size
+        feeds = frequency * arrays["direct"][size:]
+        columns = max(arrays[name].shape[-1] for name in LEVELS)
+        over = over_mass(self.mass, {**arrays, "direct": arrays["direct"][:size]})
+        over |= {name: padded(over[name], columns) for name in LEVELS}
+        over = widened(over, len(feeds))
+        over["direct"][size:] = padded(feeds, columns)
+        return over
+
+    def _of_modes(self, arrays: Mapping[str, Array]) -> dict[str, Array]:
+        """Of arrays over the mass, those of the modes, with what the states add to their tensors
+        if they follow at once.
+        """
+        modes = slice(self.size)
+        own = {name: a[(modes,) * (a.ndim - (name in LEVELS))] for name, a in arrays.items()}
+        if self.states is not None:
+            inverse = np.linalg.inv(self.mass)
+            for name, added in zip(("stiffness", "quadratic", "cubic"), self.states.condensed()):
+                own[name] = own[name] + np.tensordot(inverse, added, axes=1)
+        return own
+
+    def _check_states(self, system: ScaledSystem) -> None:
+        highest = float(np.sqrt(np.abs(system.restrict(np.arange(self.size)).stiffness).max()))
+        if system.fastest > FASTEST * max(highest, 1.0):
+            raise ContinuationError(
+                f"states.rate: a state relaxes more than {FASTEST:g} times faster than the fastest "
+                "mode moves; let it follow at once, by condensed() of the system"
+            )
+
+    def condensed(self) -> ModalSystem:
+        """The system without its states of first order, as if they followed the modes at once:
+        where they relax much faster than anything moves.
+
+        Raises ContinuationError where a drive of the states modulates a stiffness: at which level
+        is then not to be told.
+        """
+        if self.states is None:
+            return self
+        stiffness, quadratic, cubic, force, stretch = self.states.condensed()
+        if any(np.any(stretch @ drive.states) for drive in self.drives):
+            raise ContinuationError(
+                "drives.states: found states that modulate a stiffness; give what they do as "
+                "drives.parametric"
+            )
+        drives = [
+            attrs.evolve(drive, direct=drive.direct + force @ drive.states, states=None)
+            for drive in self.drives
+        ]
+        return attrs.evolve(
+            self,
+            stiffness=self.stiffness + stiffness,
+            quadratic=self.quadratic + quadratic,
+            cubic=self.cubic + cubic,
+            drives=drives,
+            states=None,
+        )
 
     def change(self, arrays: Mapping[str, object], unit: ScaledSystem) -> ScaledSystem:
         """What arrays of the names damping ... cubic_damping, added to those of this system, add to
-        its scaled equations `unit`; direct and parametric forces at level 1.
+        its scaled equations `unit`; direct and parametric forces at level 1, patterns of
+        cos(omega t) or with a last axis of all terms of the drive.
 
         Raises ContinuationError for another name or a wrong shape.
         """
-        added: dict[str, Array] = {}
-        for name in (*TENSORS, "direct", "parametric"):
-            shape = getattr(self, name).shape
-            if name not in arrays:
-                added[name] = np.zeros(shape)
-            elif len(shape) == 2:
-                added[name] = _matrix(arrays[name], self.size, name)
+        columns = unit.force.shape[-1]
+        added = {name: np.zeros_like(getattr(self, name)) for name in TENSORS}
+        added["direct"] = np.zeros((unit.size, columns))
+        added["parametric"] = np.zeros((self.size, self.size, columns))
+        for name, value in arrays.items():
+            if name not in added:
+                raise ContinuationError(f"{name}: no array of {', '.join(sorted(added))}")
+            if name in LEVELS:
+                added[name] += self._pattern(value, added[name].shape, name)
+            elif added[name].ndim == 2:
+                added[name] = square(value, self.size, name)
             else:
-                added[name] = _array(arrays[name], shape, name)
-        unknown = sorted(set(arrays) - set(added))
-        if unknown:
-            raise ContinuationError(f"{unknown[0]}: no array of {', '.join(sorted(added))}")
-        return _non_dimensional(_over_mass(self.mass, added), unit.frequency, unit.amplitude)
+                added[name] = checked(value, added[name].shape, name)
+        over = self._over_mass(added, unit.frequency)
+        return unit.changed(non_dimensional(over, unit.frequency, unit.amplitude, self.size))
 
+    def _pattern(self, value: object, shape: tuple[int, ...], name: str) -> Array:
+        """A pattern of cos(omega t), or of all terms, as one of all terms (and states)."""
+        if np.ndim(value) == len(shape) and np.shape(value)[0] == shape[0]:  # type: ignore[arg-type]
+            return checked(padded(np.asarray(value), shape[-1]), shape, name)
+        modes = square(value, self.size, name) if len(shape) == 3 else None
+        pattern = checked(value, (self.size,), name) if modes is None else modes
+        result = np.zeros(shape)
+        result[(slice(self.size),) * (len(shape) - 1) + (CARRIER,)] = pattern
+        return result
 
-def _over_mass(mass: Array, arrays: Mapping[str, Array]) -> dict[str, Array]:
-    """The arrays of the equations divided by the mass, symmetric where they act symmetrically."""
-    inverse = np.linalg.inv(mass)
-    divided = {
-        # zeros, most often: they stay memory that is not touched
-        name: np.tensordot(inverse, array, axes=1) if array.any() else np.zeros(array.shape)
-        for name, array in arrays.items()
-    }
-    divided["quadratic"] = symmetrise_quadratic(divided["quadratic"])
-    divided["cubic"] = symmetrise_cubic(divided["cubic"])
-    loss = divided.pop("cubic_damping")
-    if loss.any():
-        loss = loss + loss.transpose(0, 2, 1, 3)
-        # loss[r, k, j, l] multiplies q_j q_l dq_k/dt; only its part symmetric in j, l acts
-        loss = (loss + loss.transpose(0, 1, 3, 2)) / 2
-    divided["loss"] = loss
-    return divided
+    def towards(
+        self, other: ModalSystem, unit: ScaledSystem, direct: float = 0.0, parametric: float = 0.0
+    ) -> ScaledSystem:
+        """What another system has more than this one, both at the same levels, in the scaled
+        equations `unit` of this one.
 
-
-def _non_dimensional(
-    arrays: Mapping[str, Array], frequency: float, amplitude: float
-) -> ScaledSystem:
-    return ScaledSystem(
-        frequency=frequency,
-        amplitude=amplitude,
-        damping=without_round_off(arrays["damping"] / frequency),
-        stiffness=without_round_off(arrays["stiffness"] / frequency**2),
-        quadratic=without_round_off(arrays["quadratic"] * (amplitude / frequency**2)),
-        cubic=without_round_off(arrays["cubic"] * (amplitude / frequency) ** 2),
-        loss=without_round_off(arrays["loss"] * (amplitude**2 / frequency)),
-        force=without_round_off(arrays["direct"] / (amplitude * frequency**2)),
-        parametric=without_round_off(arrays["parametric"] / frequency**2),
-    )
-
-
-def _nonlinear_amplitude(arrays: Mapping[str, Array], frequency: float) -> float:
-    """The displacement at which the nonlinear force reaches the linear one (of the forced response
-    if linear).
-    """
-    stiffness, quadratic, cubic = (arrays[name] for name in ("stiffness", "quadratic", "cubic"))
-    modes = np.arange(len(stiffness))
-    diagonal = np.abs(cubic[modes, modes, modes, modes])
-    squares = np.abs(np.diag(stiffness))
-    if diagonal.max() > 0:
-        return float(np.sqrt((squares[diagonal > 0] / diagonal[diagonal > 0]).max()))
-    if np.abs(cubic).max() > 0:
-        return float(frequency / np.sqrt(np.abs(cubic).max()))
-    if np.abs(quadratic).max() > 0:
-        return float(frequency**2 / np.abs(quadratic).max())
-    return float(np.abs(arrays["direct"]).max() / frequency**2) or 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class ScaledSystem:
-    """q'' + C q' + K q + A qq + B qqq + W(q, q) q' = (f + P q) cos(omega t), non-dimensional, unit
-    mass.
-
-    `quadratic` is symmetric in its last two and `cubic` in its last three indices; `loss[r, k, j,
-    l]` gives W_rk = sum_jl loss[r, k, j, l] q_j q_l. `frequency` and `amplitude` are the units of
-    1/time and displacement.
-    """
-
-    frequency: float
-    amplitude: float
-    damping: Array
-    stiffness: Array
-    quadratic: Array
-    cubic: Array
-    loss: Array
-    force: Array
-    parametric: Array
-    shapes: Array | None = None  # (L, L): of the model, by those of the equations (columns)
-
-    @property
-    def size(self) -> int:
-        return len(self.force)
-
-    def given(self, motion: Array) -> Array:
-        """A motion (..., L) of these equations in the coordinates and units of the model."""
-        own = motion if self.shapes is None else motion @ self.shapes.T
-        return np.asarray(own * self.amplitude)
-
-    def inner(self, motion: Array) -> Array:
-        """A motion (..., L) of the model in the coordinates and units of these equations."""
-        own = motion if self.shapes is None else np.linalg.solve(self.shapes, motion.T).T
-        return np.asarray(own / self.amplitude)
-
-    @property
-    def nonlinear(self) -> bool:
-        return bool(self.quadratic.any() or self.cubic.any() or self.loss.any())
-
-    def plus(self, change: ScaledSystem, factor: float) -> ScaledSystem:
-        """The equations with `factor` times a change of all their arrays."""
-        return replace(
-            self,
-            **{name: getattr(self, name) + factor * getattr(change, name) for name in ARRAYS},
+        Raises ContinuationError for another number of modes, states or harmonics, or another mass.
+        """
+        mine, theirs = (
+            system._at_levels(direct, parametric, unit.frequency) for system in (self, other)
         )
-
-    def times(self, factor: float) -> ScaledSystem:
-        """A change of all arrays, `factor` times as large."""
-        return replace(self, **{name: factor * getattr(self, name) for name in ARRAYS})
-
-    def pattern(self) -> ScaledSystem:
-        """The same entries without their signs: what may act on what."""
-        return replace(self, **{name: np.abs(getattr(self, name)) for name in ARRAYS})
-
-    def restrict(self, modes: Numbers) -> ScaledSystem:
-        """The same equations with every mode outside `modes` at rest."""
-        m = np.asarray(modes)
-        if len(m) == self.size:
-            return self
-        return ScaledSystem(
-            self.frequency,
-            self.amplitude,
-            self.damping[np.ix_(m, m)],
-            self.stiffness[np.ix_(m, m)],
-            self.quadratic[np.ix_(m, m, m)],
-            self.cubic[np.ix_(m, m, m, m)],
-            self.loss[np.ix_(m, m, m, m)],
-            self.force[m],
-            self.parametric[np.ix_(m, m)],
-        )
-
-
-UNITS = ("frequency", "amplitude", "shapes")
-ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in UNITS)
+        for name, array in mine.items():
+            if theirs[name].shape != array.shape:
+                raise ContinuationError(
+                    f"parameter: {name} of shape {theirs[name].shape}; allowed {array.shape}"
+                )
+        if not np.array_equal(self.mass, other.mass):
+            raise ContinuationError("parameter: another mass; allowed the same one")
+        more = {name: theirs[name] - array for name, array in mine.items()}
+        return unit.changed(non_dimensional(more, unit.frequency, unit.amplitude, self.size))

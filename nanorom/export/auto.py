@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from nanorom.continuation.system import ModalSystem, symmetrise_cubic, symmetrise_quadratic
+from nanorom.continuation.arrays import symmetrise_cubic, symmetrise_quadratic
+from nanorom.continuation.drive import CARRIER
+from nanorom.continuation.system import ModalSystem
 from nanorom.export.folder import write_folder
 from nanorom.types import Array
 
@@ -26,8 +28,14 @@ def write_auto(
     rows: list[tuple[Any, ...]]
     rows = [(1, *indices, values) for indices, values in _matrix_rows(-scaled.stiffness)]
     rows += [(2, *indices, values) for indices, values in _matrix_rows(-scaled.damping)]
-    rows += [(3, *indices, values) for indices, values in _matrix_rows(scaled.parametric)]
-    rows += [(4, r + 1, 0, 0, 0, float(value)) for r, value in enumerate(scaled.force) if value]
+    rows += [
+        (3, *indices, values) for indices, values in _matrix_rows(scaled.parametric[..., CARRIER])
+    ]
+    rows += [
+        (4, r + 1, 0, 0, 0, float(value))
+        for r, value in enumerate(scaled.force[:, CARRIER])
+        if value
+    ]
     for kind, tensor in (
         (5, -symmetrise_quadratic(scaled.quadratic)),
         (6, -symmetrise_cubic(scaled.cubic)),

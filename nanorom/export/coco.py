@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from nanorom.continuation.drive import CARRIER
 from nanorom.continuation.system import ModalSystem
 from nanorom.export.folder import write_folder
 from nanorom.export.polynomial import acceleration
@@ -34,8 +35,8 @@ def write_coco(
     scaled = system.scaled(direct, parametric)
     contents = {
         "modes": float(system.size),
-        "direct": scaled.force,
-        "parametric": scaled.parametric,
+        "direct": scaled.force[:, CARRIER],
+        "parametric": scaled.parametric[..., CARRIER],
         "frequency": scaled.frequency,
         "amplitude": scaled.amplitude,
         "omega": np.array(omega or ()) / scaled.frequency,

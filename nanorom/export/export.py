@@ -48,6 +48,11 @@ def export(
     write = _format(to).system
     if write is None:
         raise FileError(f"export: {to} is for a model with its mode shapes; export the model")
+    if system.drives or system.states is not None:
+        raise FileError(
+            "export: found drives of several harmonics, or states of first order; allowed: modes "
+            "with one drive, which is what other programs are given"
+        )
     path = Path(target)
     try:
         write(system, path, omega, direct, parametric)

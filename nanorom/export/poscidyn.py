@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.drive import CARRIER
+from nanorom.continuation.system import ModalSystem
 from nanorom.errors import FileError
 from nanorom.files.whole import atomic_path
 from nanorom.types import Array
@@ -34,14 +35,14 @@ def write_poscidyn(
     scaled = system.scaled(direct, parametric)
     if scaled.loss.any():
         raise FileError("export: Poscidyn has no nonlinear damping; leave out material_time")
-    omega_0 = np.sqrt(_diagonal(scaled, "stiffness"))
+    omega_0 = np.sqrt(_diagonal(scaled.stiffness, "stiffness"))
     arrays = {
         "omega_0": omega_0,
-        "Q": omega_0 / _diagonal(scaled, "damping"),
+        "Q": omega_0 / _diagonal(scaled.damping, "damping"),
         "a": scaled.quadratic,
         "b": scaled.cubic,
-        "f_d": scaled.force,
-        "f_p": _diagonal(scaled, "parametric"),
+        "f_d": scaled.force[:, CARRIER],
+        "f_p": _diagonal(scaled.parametric[..., CARRIER], "parametric"),
         "frequency": np.array(scaled.frequency),
         "amplitude": np.array(scaled.amplitude),
     }
@@ -51,8 +52,7 @@ def write_poscidyn(
         np.savez(file, **arrays)
 
 
-def _diagonal(scaled: ScaledSystem, name: str) -> Array:
-    matrix: Array = getattr(scaled, name)
+def _diagonal(matrix: Array, name: str) -> Array:
     beside = np.abs(matrix - np.diag(np.diag(matrix))).max(initial=0.0)
     if beside > COUPLED * np.abs(matrix).max(initial=0.0):
         raise FileError(

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.drive import CARRIER
+from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.system import ModalSystem
 from nanorom.export.polynomial import Terms, acceleration
 from nanorom.files.whole import atomic_path
 
@@ -53,9 +55,9 @@ def module(scaled: ScaledSystem) -> str:
     for r in range(n):
         lines.append(f"    I(q{r + 1}) <+ ddt(V(q{r + 1})) / `FREQUENCY - V(v{r + 1});")
         terms = [part for order in orders for part in _sum(order, r, states)]
-        terms += _product(scaled.force[r], ["V(direct)"])
+        terms += _product(scaled.force[r, CARRIER], ["V(direct)"])
         for s in range(n):
-            terms += _product(scaled.parametric[r, s], ["V(parametric)", states[s]])
+            terms += _product(scaled.parametric[r, s, CARRIER], ["V(parametric)", states[s]])
         lines.append(f"    I(v{r + 1}) <+ ddt(V(v{r + 1})) / `FREQUENCY")
         lines += [f"      - ({term})" for term in terms]
         lines[-1] += ";"

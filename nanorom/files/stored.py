@@ -31,7 +31,8 @@ class Kind:
 
     These are "module:function", loaded when they are needed.  text(content) gives what
     `nanorom info` prints; draw(content, path, folder, measured) writes pictures of the file at a
-    path into a folder; html(content) gives what a notebook shows.
+    path into a folder; html(content) gives what a notebook shows; page(content, path) gives the
+    live page of the file at a path.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Kind:
     text: str
     draw: str
     html: str
+    page: str
 
 
 KINDS = {
@@ -48,6 +50,7 @@ KINDS = {
         "nanorom.report.text:model_text",
         "nanorom.plots.files:draw_model",
         "nanorom.report.notebook:model_html",
+        "nanorom.report.page:model_page",
     ),
     "nanorom-response": Kind(
         "response.h5",
@@ -55,6 +58,7 @@ KINDS = {
         "nanorom.report.text:response_text",
         "nanorom.plots.files:draw_response",
         "nanorom.report.notebook:response_html",
+        "nanorom.report.page:response_page",
     ),
     "nanorom-verified": Kind(
         "verified.h5",
@@ -62,6 +66,7 @@ KINDS = {
         "nanorom.results.verified:Verified.text",
         "nanorom.plots.files:draw_verified",
         "nanorom.report.notebook:verified_html",
+        "nanorom.report.page:verified_page",
     ),
     "nanorom-loadcurve": Kind(
         "tuning.h5",
@@ -69,6 +74,7 @@ KINDS = {
         "nanorom.results.loadcurve:LoadCurve.text",
         "nanorom.plots.files:draw_load_curve",
         "nanorom.report.notebook:load_curve_html",
+        "nanorom.report.page:load_curve_page",
     ),
 }
 

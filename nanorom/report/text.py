@@ -57,6 +57,11 @@ def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
     return facts
 
 
+def counted(count: int, name: str) -> str:
+    """A number of things, "1 mode" and "2 modes"."""
+    return f"{count} {name}{'' if count == 1 else 's'}"
+
+
 def asymmetry_text(model: ReducedModel) -> float:
     """Of the tensors as they were found where that is known; those kept are symmetrised."""
     return float(model.diagnostics.get("asymmetry", model.asymmetry))

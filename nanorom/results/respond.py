@@ -119,8 +119,8 @@ def _question(
 def key_of(system: ModalSystem, omega: tuple[float, float], options: dict[str, Any]) -> str:
     """What a response depends on beside its levels, as a digest."""
     digest = hashlib.sha256(repr((version(), omega, sorted(options.items()))).encode())
-    for field in attrs.fields(ModalSystem):
-        digest.update(np.ascontiguousarray(getattr(system, field.name)).tobytes())
+    for name, array in system.arrays().items():
+        digest.update(name.encode() + np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 
 

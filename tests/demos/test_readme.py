@@ -46,13 +46,14 @@ def test_scene_is_that_of_the_drum_demo():
 
 COMMANDS = [
     "plan", "run", "reduce", "info", "respond", "verify",
-    "tune", "plot", "plot", "identify", "export", "export"
+    "tune", "plot", "plot", "view", "identify", "export", "export"
 ]  # fmt: skip
 
 
 def test_commands_work_one_after_the_other(tmp_path, monkeypatch, capsys):
     (tmp_path / "demos").symlink_to(REPOSITORY / "demos")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("webbrowser.open", lambda page: None)
     lines = re.findall(r"^ +\./run nanorom (.*?)(?: +#.*)?$", README, re.MULTILINE)
     assert [line.split()[0] for line in lines] == COMMANDS
     for line in lines:

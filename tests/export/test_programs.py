@@ -47,7 +47,7 @@ def system(seed=0, **changes):
 def rate(scaled, t, x, omega, direct=1.0, parametric=1.0):
     """(q, q')' of the equations that `ScaledSystem` documents, index by index."""
     q, v = np.split(x, 2)
-    drive = direct * scaled.force + parametric * scaled.parametric @ q
+    drive = direct * scaled.force[:, 1] + parametric * scaled.parametric[..., 1] @ q
     force = scaled.damping @ v + scaled.stiffness @ q
     force = force + np.einsum("rjk,j,k", scaled.quadratic, q, q)
     force = force + np.einsum("rjkl,j,k,l", scaled.cubic, q, q, q)
@@ -117,7 +117,9 @@ def test_verilog_a_module_balances_where_the_equations_hold(tmp_path):
     inputs = {"direct": 0.7, "parametric": -0.4}
     names = [f"{kind}{r + 1}" for kind in "qv" for r in range(SIZE)]
     q = x[:SIZE]
-    drive = inputs["direct"] * scaled.force + inputs["parametric"] * scaled.parametric @ q
+    drive = (
+        inputs["direct"] * scaled.force[:, 1] + inputs["parametric"] * scaled.parametric[..., 1] @ q
+    )
     motion = rate(scaled, 0.0, x, 0.0, 0.0, 0.0) + np.concatenate([np.zeros(SIZE), drive])
     slopes = dict(zip(names, motion * scaled.frequency))
     voltages = dict(zip(names, x)) | inputs

@@ -13,8 +13,8 @@ import attrs
 import numpy as np
 
 from nanorom.continuation.orbits.harmonics import Support
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
-from nanorom.continuation.system import ScaledSystem
 
 CORRECTED = 1e-7  # of an orbit from which a step begins: the last change; the series does the rest
 SOLVED = 1e-10  # of an orbit by itself: the last change

@@ -241,7 +241,7 @@ class SeriesExpansion:
         inertia = (squares[k - 1 : 0 : -1] @ orders).reshape(-1, size)
         inertia += squares[k] * self.orders[0]
         known = basis.analysis @ samples
-        known += basis.second_weight * inertia
+        known += balance.second_weight * inertia
         slope = balance.derivative((rates[k - 1 : 0 : -1] @ orders).reshape(-1, size))
         known += slope @ balance.damping_t
         return np.asarray(known)

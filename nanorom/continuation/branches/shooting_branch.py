@@ -20,7 +20,7 @@ from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
 from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.orbits.product import product_eigenvalues
 from nanorom.continuation.orbits.shooting import Shooting
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 

@@ -64,8 +64,8 @@ def states(
             frequency = orbit.omega * scaled.frequency
             yield State(
                 omega=frequency,
-                amplitude=orbit_amplitudes(coefficients)[0] * scaled.amplitude,
+                amplitude=orbit_amplitudes(scaled.given(coefficients))[0],
                 multipliers=multipliers,
                 stable=bool(np.abs(multipliers[0]) < 1),
-                orbit=PeriodicOrbit(orbit.coefficients * scaled.amplitude, frequency),
+                orbit=PeriodicOrbit(scaled.given(orbit.coefficients), frequency),
             )

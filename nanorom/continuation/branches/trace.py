@@ -13,8 +13,8 @@ from nanorom.continuation.branches.series import Series, SeriesExpansion
 from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
 from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, LONG_LADDER, Support, basis_for
 from nanorom.continuation.orbits.orbit import Orbit
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
-from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
@@ -49,9 +49,13 @@ class Tracer:
         moving = int(support.table.any(axis=1).sum())
         most = min(LEAST_OF_DRIVE * period_multiple, MOST_UNKNOWNS // max(2 * moving, 1))
         most = min(max(most, HARMONIC_LADDER[-1]), settings.harmonics * period_multiple)
-        self.ladder = [
-            h for h in (*HARMONIC_LADDER, *LONG_LADDER) if 2 * period_multiple <= h <= most
-        ]
+        least = max(2, system.tones) * period_multiple
+        self.ladder = [h for h in (*HARMONIC_LADDER, *LONG_LADDER) if least <= h <= most]
+        if not self.ladder:
+            raise ContinuationError(
+                f"harmonics: orbits of {period_multiple} periods of this drive need {least}; "
+                f"allowed {most}"
+            )
 
     def balance(self, harmonics: int) -> HarmonicBalance:
         return self.pair(harmonics)[0]

@@ -15,8 +15,9 @@ import numpy as np
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.harmonics import Support, close_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, orbit_amplitudes
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings, check_range
-from nanorom.continuation.system import ModalSystem, ScaledSystem
+from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
@@ -103,6 +104,7 @@ def backbone(
 
 def _conservative(system: ScaledSystem) -> ScaledSystem:
     zero = np.zeros_like
+    system = system.restrict(np.flatnonzero(system.inertia))
     return replace(
         system,
         damping=zero(system.damping),

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from nanorom.continuation.branches.march import STRAIGHT, March, StepControl
 from nanorom.continuation.diagrams.diagram import SpecialPoint
 from nanorom.continuation.orbits.bifurcations import KINDS, REAL, TORUS
-from nanorom.continuation.orbits.coordinates import turned_by, with_symmetries
+from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import (
     HARMONIC_LADDER,
     Support,
@@ -26,8 +26,9 @@ from nanorom.continuation.orbits.harmonics import (
 )
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
 from nanorom.continuation.points.critical import CriticalBalance
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import check_range
-from nanorom.continuation.system import TENSORS, ModalSystem, ScaledSystem
+from nanorom.continuation.system import TENSORS, ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
@@ -100,7 +101,7 @@ def locus(
             f"level: range ({level[0]:g}, {level[1]:g}) does not hold that of the point, {start:g}"
         )
     size = start or max(abs(level[0]), abs(level[1]))  # of the parameter, the unit of its steps
-    change = turned_by(system.change(added, unit), unit.shapes).times(size)
+    change = system.change(added, unit).times(size)
     least, most = sorted(value / size for value in level)
     limits = (low, high), (least, most)
     curve = _Curve(unit.plus(change, -start / size), change, point, limits, start / size)
@@ -128,8 +129,8 @@ def _parameter(
         if not used:
             raise ContinuationError(f"parameter: the level of {parameter!r} is zero at the point")
         if parameter == "both":
-            return {name: levels[name] * getattr(system, name) for name in used}, 1.0
-        return {parameter: getattr(system, parameter)}, levels[parameter]
+            return {name: levels[name] * system.arrays()[name] for name in used}, 1.0
+        return {parameter: system.arrays()[parameter]}, levels[parameter]
     if parameter not in TENSORS:
         known = ", ".join((*LEVELS, *TENSORS))
         raise ContinuationError(f"parameter: {parameter!r}; choose one of {known}")

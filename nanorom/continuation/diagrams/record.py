@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import without_round_off
 from nanorom.continuation.branches.path import Path, Place
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.shooting_branch import Takeover
@@ -28,8 +29,8 @@ from nanorom.continuation.orbits.shooting import Shooting
 from nanorom.continuation.points.confirmation import Polished, polish, without_shadows
 from nanorom.continuation.points.detection import Detector
 from nanorom.continuation.points.switching import Bifurcation
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
-from nanorom.continuation.system import ScaledSystem, without_round_off
 from nanorom.types import Array
 
 TRUNCATION = 1e-11  # of multipliers that only tell where points are; confirmation has finer ones

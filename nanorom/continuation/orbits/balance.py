@@ -11,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import lapack
 
-from nanorom.continuation.orbits.harmonics import Basis
+from nanorom.continuation.orbits.harmonics import Basis, fourier_matrix, resize, stretch
 from nanorom.continuation.orbits.pairs import moving_modes
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.orbits.parts import by_term
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
@@ -30,9 +31,10 @@ class HarmonicBalance:
     def __init__(self, system: ScaledSystem, basis: Basis, inertia: bool = True) -> None:
         self.system = system
         self.basis = basis
-        self.second_weight = basis.second_weight * float(inertia)
         moving = moving_modes(system, basis.modes)
         sub = moving.system
+        self.inertia = sub.inertia * float(inertia)
+        self.second_weight = basis.second_weight * self.inertia
         size = sub.size
         self.size = size
         self.damping_t = np.ascontiguousarray(sub.damping.T)
@@ -46,12 +48,11 @@ class HarmonicBalance:
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
         self.has_loss = bool(self.loss.any())
-        self.parametric = -basis.drive[:, None] * sub.parametric.T.reshape(1, size * size)
+        drive = fourier_matrix(basis.period_multiple * basis.angles, sub.tones)
+        self.parametric = -drive @ by_term(sub.parametric.swapaxes(0, 1))
         self.has_parametric = bool(sub.parametric.any())
-        self.force = np.zeros(basis.shape)
-        row = np.flatnonzero(basis.rows == 2 * basis.period_multiple - 1)
-        if len(row):
-            self.force[row[0]] = sub.force
+        driven = stretch(sub.force.T, basis.period_multiple)
+        self.force = resize(driven, basis.harmonics)[basis.rows]
 
     def derivative(self, coefficients: Array) -> Array:
         return self.basis.derivative_weight * coefficients[self.basis.derivative_row]

@@ -10,15 +10,12 @@ Schaeffer 1988, doi:10.1007/978-1-4612-4574-2 (fixed-point subspaces).
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from nanorom.continuation.system import ARRAYS, ScaledSystem
+from nanorom.continuation.scaled import ARRAYS, DRIVEN, ROUND_OFF, ScaledSystem
 from nanorom.types import Array
 
 EQUAL = 1e-9  # relative difference of squared frequencies below which two modes are a pair
-ROUND_OFF = 1e-13  # of the largest entry: what a change of coordinates leaves of a zero
 MOST_MODES = 62  # bits of a row of equations for the signs
 ON_A_LINE = 1e-6  # of a motion: its extent across its line
 PLACES = 5  # at which forces are compared
@@ -32,12 +29,12 @@ def with_symmetries(system: ScaledSystem) -> ScaledSystem:
     if not 1 < system.size <= MOST_MODES or not _may_gain(system):
         return system
     best, most = system, sign_symmetries(system)
-    turned = _turned(system, _normal_modes(system))
+    turned = system.turned(_normal_modes(system))
     if (count := sign_symmetries(turned)) > most:
         best, most = turned, count
     for pair in pairs(best):
         for matrix in _axes(best, pair):
-            turned = _turned(best, matrix)
+            turned = best.turned(matrix)
             if (count := sign_symmetries(turned)) > most:
                 best, most = turned, count
     return best
@@ -52,10 +49,11 @@ def sign_symmetries(system: ScaledSystem) -> int:
     for name in ARRAYS:
         places = np.nonzero(getattr(system, name))
         row = np.zeros(len(places[0]), dtype=np.uint64)
-        for index in places:
+        coordinates = places[:-1] if name in DRIVEN else places
+        for index in coordinates:
             row ^= np.uint64(1) << index.astype(np.uint64)
-        if name in ("force", "parametric"):
-            row ^= shift
+        if name in DRIVEN:  # half a period turns the odd harmonics
+            row[(places[-1] + 1) // 2 % 2 == 1] ^= shift
         rows.update(np.unique(row).tolist())
     return system.size + 1 - _rank(rows)
 
@@ -87,20 +85,23 @@ def generators(system: ScaledSystem) -> list[Array]:
 
 
 def _forces(system: ScaledSystem, q: Array, v: Array) -> Array:
-    """The forces (3, L): of the motion, of the drive, of the parametric drive."""
+    """The forces (4K + 3, L): of the motion, of the terms of the drive and of the parametric
+    drive.
+    """
     products = np.outer(q, q)
     own = system.stiffness @ q + system.damping @ v
     own = own + np.einsum("rjk,jk->r", system.quadratic, products)
     own = own + np.einsum("rjkl,jk,l->r", system.cubic, products, q, optimize=True)
     own = own + np.einsum("rkjl,jl,k->r", system.loss, products, v, optimize=True)
-    return np.stack([own, system.force, system.parametric @ q])
+    parametric = np.einsum("rjk,j->kr", system.parametric, q)
+    return np.concatenate([own[None], system.force.T, parametric])
 
 
 def _change(system: ScaledSystem, turn: Array, q: Array, v: Array) -> Array:
     """How the forces at turned places differ from turned forces, to first order (exactly, for a
     cubic, by central differences of four places).
     """
-    slope = np.zeros((3, system.size))
+    slope = np.zeros((4 * system.tones + 3, system.size))
     for step, weight in ((1.0, 8 / 12), (-1.0, -8 / 12), (2.0, -1 / 12), (-2.0, 1 / 12)):
         slope += weight * _forces(system, q + step * turn @ q, v + step * turn @ v)
     return np.asarray(slope - _forces(system, q, v) @ turn.T)
@@ -126,7 +127,14 @@ def _may_gain(system: ScaledSystem) -> bool:
 
 
 def _normal_modes(system: ScaledSystem) -> Array:
-    """Linear modes as columns, by frequency; orthogonal where the stiffness is symmetric."""
+    """Linear modes as columns, by frequency; orthogonal where the stiffness is symmetric. States of
+    first order stay by themselves.
+    """
+    massive = np.flatnonzero(system.inertia)
+    if len(massive) < system.size:
+        columns = np.eye(system.size)
+        columns[np.ix_(massive, massive)] = _normal_modes(system.restrict(massive))
+        return columns
     stiffness = system.stiffness
     if np.allclose(stiffness, stiffness.T, rtol=0, atol=ROUND_OFF * np.abs(stiffness).max()):
         return np.linalg.eigh((stiffness + stiffness.T) / 2)[1]
@@ -148,9 +156,10 @@ def wave(system: ScaledSystem, coefficients: Array) -> str:
 
 
 def pairs(system: ScaledSystem, equal: float = EQUAL) -> list[tuple[int, int]]:
-    """Coordinates of equal frequency that the stiffness does not couple to others."""
+    """Modes of equal frequency that the stiffness does not couple to others."""
     squares = np.diag(system.stiffness)
     order = np.argsort(squares, kind="stable")
+    order = order[system.inertia[order] > 0]
     near = np.abs(np.diff(squares[order])) < equal * np.abs(squares[order][1:])
     return [(int(a), int(b)) for a, b in zip(order[:-1][near], order[1:][near])]
 
@@ -159,10 +168,10 @@ def _axes(system: ScaledSystem, pair: tuple[int, int]) -> list[Array]:
     """Rotations of a pair to axes that the drive, the damping or the nonlinear force prefer."""
     block = np.ix_(pair, pair)
     angles = []
-    force = system.force[list(pair)]
-    if force.any():
-        angles.append(float(np.arctan2(force[1], force[0])))
-    for matrix in (system.parametric[block], system.damping[block]):
+    for force in system.force[list(pair)].T:
+        if force.any():
+            angles.append(float(np.arctan2(force[1], force[0])))
+    for matrix in (*np.moveaxis(system.parametric[block], -1, 0), system.damping[block]):
         symmetric = (matrix + matrix.T) / 2
         angles.append(float(np.arctan2(2 * symmetric[0, 1], symmetric[0, 0] - symmetric[1, 1]) / 2))
     turns = 2 * np.pi / SAMPLES * np.arange(SAMPLES)
@@ -186,23 +195,3 @@ def _rotation(size: int, pair: tuple[int, int], angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     matrix[np.ix_(pair, pair)] = [[c, -s], [s, c]]
     return matrix
-
-
-def turned_by(change: ScaledSystem, shapes: Array | None) -> ScaledSystem:
-    """A change of a system's arrays in the coordinates that the system is given in."""
-    return change if shapes is None else _turned(change, shapes)
-
-
-def _turned(system: ScaledSystem, columns: Array) -> ScaledSystem:
-    """The equations for y where q = columns @ y."""
-    inverse = np.linalg.inv(columns)
-    arrays = {}
-    for name in ARRAYS:
-        array = np.tensordot(inverse, getattr(system, name), axes=1)
-        for axis in range(1, array.ndim):
-            array = np.moveaxis(np.tensordot(array, columns, axes=(axis, 0)), -1, axis)
-        arrays[name] = np.where(
-            np.abs(array) > ROUND_OFF * np.abs(array).max(initial=0.0), array, 0.0
-        )
-    before = columns if system.shapes is None else system.shapes @ columns
-    return replace(system, shapes=before, **arrays)

@@ -23,7 +23,7 @@ from nanorom.continuation.orbits.pairs import Index
 from nanorom.continuation.orbits.parts import Part, independent_parts
 from nanorom.continuation.orbits.product import LARGE, product_eigenvalues
 from nanorom.continuation.orbits.variation import TAYLOR_ORDER, Variation
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 BATCH_DOUBLES = 400_000
@@ -34,12 +34,12 @@ TINY = 1e-300  # modulus below which none is told from zero
 
 
 @lru_cache(maxsize=32)
-def _sampling(harmonics: int, period_multiple: int) -> tuple[Array, Array, Array]:
-    """Synthesis (N, 2H + 1), analysis (4H + 1, N) and drive (N,) for the tangent stiffness of an
-    orbit.
+def _sampling(harmonics: int, period_multiple: int, tones: int) -> tuple[Array, Array, Array]:
+    """Synthesis (N, 2H + 1), analysis (4H + 1, N) and terms of the drive (N, 2K + 1) for the
+    tangent stiffness of an orbit.
     """
-    wide = max(2 * harmonics, period_multiple)
-    count = 4 * max(harmonics, period_multiple) + 2
+    wide = max(2 * harmonics, tones * period_multiple)
+    count = 2 * wide + 2
     angles = 2 * np.pi / count * np.arange(count)
     everything = fourier_matrix(angles, wide)
     weights = np.full(2 * wide + 1, 2.0 / count)
@@ -48,14 +48,14 @@ def _sampling(harmonics: int, period_multiple: int) -> tuple[Array, Array, Array
     return (
         synthesis,
         np.ascontiguousarray((everything * weights).T),
-        np.cos(period_multiple * angles),
+        fourier_matrix(period_multiple * angles, tones),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
     """Samples (n, N, m) of the moving modes of orbits and of their velocities (where those matter);
-    what turns samples into Fourier coefficients; the drive (N,).
+    what turns samples into Fourier coefficients; the terms of the drive (N, 2K + 1).
     """
 
     rates: Array
@@ -76,8 +76,7 @@ class FloquetSolver:
         self.system, self.truncation = system, truncation
         self.size = system.size
         self.has_loss = bool(system.loss.any())
-        values = np.linalg.eigvals(system.stiffness)
-        self.fastest = float(np.sqrt(np.abs(values).max()))
+        self.fastest = system.fastest
         self._signs: dict[SupportKey, Array | None] = {}
         self._variations: dict[Part, Variation] = {}
         # intervals times rate, learnt on the way
@@ -90,7 +89,7 @@ class FloquetSolver:
 
     def _variation(self, part: Part) -> Variation:
         if part not in self._variations:
-            self._variations[part] = Variation(part.damping, self.truncation)
+            self._variations[part] = Variation(part.damping, part.inertia, self.truncation)
         return self._variations[part]
 
     def _harmonics(self, part: Part, motion: _Motion) -> tuple[Array, Array | None]:
@@ -103,7 +102,7 @@ class FloquetSolver:
             stiffness += v @ part.quadratic
         stiffness += part.stiffness.ravel()
         if part.parametric.any():
-            stiffness -= drive[:, None] * part.parametric.ravel()
+            stiffness -= drive @ part.parametric
         damping = None
         if z is not None:
             mixed = np.einsum("rkjl,nsl,nsk->nsrj", part.mixed, v, z, optimize=True)
@@ -123,7 +122,7 @@ class FloquetSolver:
         """
         moving, parts = self.parts(support)
         harmonics = (orbits.shape[1] - 1) // 2
-        synthesis, analysis, drive = _sampling(harmonics, period_multiple)
+        synthesis, analysis, drive = _sampling(harmonics, period_multiple, self.system.tones)
         z = None
         if self.has_loss:
             slopes = np.stack([differentiate(orbit) for orbit in orbits])

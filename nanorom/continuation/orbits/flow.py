@@ -11,8 +11,8 @@ from math import factorial
 import numpy as np
 
 from nanorom.continuation.orbits.pairs import moving_modes
-from nanorom.continuation.orbits.parts import Part
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.orbits.parts import Part, by_term
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 TIME_ORDER = 24
@@ -21,8 +21,9 @@ TINY = 1e-300  # size of a motion at rest
 
 
 class TaylorStepper:
-    """One Taylor step of q'' + C q' + G(q) q + W(q) q' = (f + P q) cos(omega t) for a batch of
-    states.
+    """One Taylor step of I q'' + C q' + G(q) q + W(q) q' = f(t) + P(t) q for a batch of states.
+
+    Of states of first order (no inertia, damping 1) the rates at the start do not matter.
     """
 
     def __init__(self, system: ScaledSystem, order: int = TIME_ORDER) -> None:
@@ -35,8 +36,9 @@ class TaylorStepper:
             size, size * size
         )
         self.has_quadratic, self.has_loss = bool(self.quadratic.any()), bool(self.loss.any())
-        frequencies = np.sqrt(np.abs(np.linalg.eigvals(system.stiffness)))
-        self.fastest = float(frequencies.max(initial=0.0))
+        self.fastest = system.fastest
+        self.inertia, self.massless = system.inertia, system.massless
+        self.parametric = by_term(system.parametric.swapaxes(0, 1))
         self._whole: Part | None = None
 
     def step(
@@ -61,28 +63,32 @@ class TaylorStepper:
         n = len(states)
         h = duration[:, None]
         q = np.zeros((n, order + 1, size))
-        q[:, 0], q[:, 1] = states[:, :size], h * states[:, size:]
+        q[:, 0], q[:, 1] = states[:, :size], h * states[:, size:] * self.inertia
         # back[:, order - k] is q[:, k], so that a convolution is one product; forces are transposed
         back = np.zeros((n, order + 1, size))
         back[:, order], back[:, order - 1] = q[:, 0], q[:, 1]
         secant = np.empty((n, (order - 1) * size, size))
         friction = np.zeros((n, order - 1, size, size)) if self.has_loss else None
-        drives = np.empty((n, order - 1))
+        drives = np.empty((n, order - 1, 2 * system.tones + 1))
+        tones = np.arange(1, system.tones + 1)
         for k in range(order - 1):
-            factor = (omega * duration) ** k / float(factorial(k))
-            drives[:, k] = drive = factor * np.cos(phase + k * np.pi / 2)
+            factor = np.multiply.outer(omega * duration, tones) ** k / float(factorial(k))
+            angle = np.multiply.outer(phase, tones) + k * np.pi / 2
+            drives[:, k, 0] = float(k == 0)
+            drives[:, k, 1::2], drives[:, k, 2::2] = factor * np.cos(angle), factor * np.sin(angle)
+            drive = drives[:, k]
             squares = np.matmul(q[:, : k + 1].transpose(0, 2, 1), back[:, order - k :])
             squares = squares.reshape(n, size * size)
             here = secant[:, k * size : (k + 1) * size]
             here[:] = self.cubic.of_squares(squares).reshape(n, size, size)
-            here -= drive[:, None, None] * system.parametric.T
+            here -= (drive @ self.parametric).reshape(n, size, size)
             if k == 0:
                 here += system.stiffness.T
             if self.has_quadratic:
                 here += (q[:, k] @ self.quadratic).reshape(n, size, size)
             past = back[:, order - k :].reshape(n, 1, (k + 1) * size)
             force = np.matmul(past, secant[:, : (k + 1) * size])[:, 0]
-            force -= drive[:, None] * system.force
+            force -= drive @ system.force.T
             speed = (k + 1) * q[:, k + 1] / h
             force += speed @ system.damping.T
             if friction is not None:
@@ -90,6 +96,10 @@ class TaylorStepper:
                 speeds = back[:, order - k - 1 : order] * np.arange(k + 1, 0, -1.0)[:, None]
                 loss = friction[:, : k + 1].reshape(n, -1, size)
                 force += np.matmul((speeds / h[:, :, None]).reshape(n, 1, -1), loss)[:, 0]
+            if len(self.massless):
+                rate = -h * force[:, self.massless] / (k + 1)
+                q[:, k + 1, self.massless] = back[:, order - k - 1, self.massless] = rate
+                force *= self.inertia
             q[:, k + 2] = back[:, order - k - 2] = -(h**2) * force / ((k + 1) * (k + 2))
         return Flow(q, back, h, drives)
 
@@ -97,7 +107,7 @@ class TaylorStepper:
 @dataclass(frozen=True, eq=False)
 class Flow:
     """Taylor coefficients (n, order + 1, m) of motions over steps of lengths h (n, 1), the same
-    backwards, and those of the drive's cosine (n, order - 1).
+    backwards, and those of the terms of the drive (n, order - 1, 2K + 1).
     """
 
     q: Array
@@ -142,6 +152,8 @@ class Flow:
         y[:, order] = np.eye(size, 2 * size)
         y[:, order - 1] = np.eye(size, 2 * size, size)
         flat = y.reshape(n, (order + 1) * size, 2 * size)
+        massless = np.flatnonzero(part.inertia == 0)
+        y[:, :order, massless] = 0.0
         loss = scale * part.damping
         for k in range(order - 1):
             rows = by_row[:, :, : k + 1].reshape(n, size, -1)
@@ -150,6 +162,9 @@ class Flow:
             if friction is not None:
                 speeds = y[:, order - k - 1 : order] * np.arange(k + 1, 0, -1.0)[:, None, None]
                 force += scale * np.einsum("nirl,nilc->nrc", friction[:, : k + 1], speeds)
+            if len(massless):
+                y[:, order - k - 1, massless] = -force[:, massless] / scale / (k + 1)
+                force *= part.inertia[:, None]
             y[:, order - k - 2] = -force / ((k + 1) * (k + 2))
         maps = np.empty((n, 2 * size, 2 * size))
         maps[:, :size] = y.sum(axis=1)
@@ -170,7 +185,7 @@ class Flow:
                 self.q[:, : k + 1].transpose(0, 2, 1), self.back[:, order - k :]
             ).reshape(n, moving * moving)
             tangent = part.cubic.of_squares(squares).reshape(n, size, size)
-            tangent -= self.drives[:, k, None, None] * part.parametric
+            tangent -= (self.drives[:, k] @ part.parametric).reshape(n, size, size)
             if k == 0:
                 tangent += part.stiffness
             if part.quadratic.any():

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanorom.continuation.orbits.patterns import patterns
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 Index = NDArray[np.int64]
@@ -131,10 +131,9 @@ def symmetry_signs(
     same = (system.stiffness != 0) | (system.damping != 0) | acting.through(plus, plus)
     same |= acting.through(minus, minus) | acting.quadratic[:, plus].any(axis=1)
     opposite = acting.through(plus, minus) | acting.quadratic[:, minus].any(axis=1)
-    if period_multiple % 2:
-        opposite |= system.parametric != 0
-    else:
-        same |= system.parametric != 0
+    for k in range(system.tones + 1):  # half a period turns the drive's angle by p pi
+        acts = of_harmonic(system.parametric, k)
+        (opposite if k * period_multiple % 2 else same)[acts] = True
     return _coloured(known, same | same.T, opposite | opposite.T)
 
 
@@ -160,6 +159,11 @@ def _coloured(
         signs[np.flatnonzero(signs == 0)[0]] = 1
 
 
+def of_harmonic(pattern: Array, k: int) -> NDArray[np.bool_]:
+    """Entries (...) of the drive's patterns (..., 2K + 1) that its harmonic k has."""
+    return np.asarray((pattern[..., max(2 * k - 1, 0) : 2 * k + 1] != 0).any(axis=-1))
+
+
 def full_support(system: ScaledSystem, period_multiple: int) -> Support:
     return Support(np.ones((system.size, 2 * period_multiple), dtype=bool))
 
@@ -168,8 +172,9 @@ def forced_support(system: ScaledSystem, period_multiple: int = 1) -> Support:
     """The smallest invariant set of modes and harmonics that the drive excites from rest."""
     modulus = 2 * period_multiple
     table = np.zeros((system.size, modulus), dtype=bool)
-    for residue in (period_multiple, -period_multiple):
-        table[system.force != 0, residue % modulus] = True
+    for k in range(system.tones + 1):
+        for residue in (k * period_multiple, -k * period_multiple):
+            table[of_harmonic(system.force, k), residue % modulus] = True
     return close_support(system, Support(table))
 
 
@@ -181,15 +186,16 @@ def close_support(system: ScaledSystem, support: Support) -> Support:
     modulus = support.modulus
     half = modulus // 2
     linear = ((system.stiffness != 0) | (system.damping != 0)).astype(float)
-    parametric = (system.parametric != 0).astype(float)
+    parametric = [of_harmonic(system.parametric, k).astype(float) for k in range(system.tones + 1)]
     acting = patterns(system)
     quadratic, cubic = acting.quadratic.any(), acting.cubic.any()
     while True:
         before = table.copy()
         present = before.astype(float)
         table |= (linear @ present) > 0
-        for shift in (half, -half):
-            table |= (parametric @ np.roll(present, shift, axis=1)) > 0
+        for k, acts in enumerate(parametric):
+            for shift in (k * half, -k * half) if acts.any() else ():
+                table |= (acts @ np.roll(present, shift, axis=1)) > 0
         residues = [r for r in range(modulus) if before[:, r].any()]
         for pair in combinations_with_replacement(residues, 2) if quadratic else ():
             _mark(table, acting.from_two(*(before[:, r] for r in pair)), pair)
@@ -238,7 +244,6 @@ class Basis:
         self.analysis_wide = np.ascontiguousarray((everything * weights).T)
         self.analysis = np.ascontiguousarray(self.analysis_wide[self.rows])
         self.analysis_wide[0] *= 2.0  # product formulas count the mean twice
-        self.drive = np.cos(period_multiple * self.angles)
         self._product_tables()
         self._derivative_tables()
 

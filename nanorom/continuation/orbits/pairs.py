@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 Index = NDArray[np.intp]

@@ -15,7 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from nanorom.continuation.orbits.pairs import Index, PairMatrix
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 
@@ -33,8 +33,9 @@ class Part:
     loss: PairMatrix  # W
     mixed: Array  # (Lp, m, Lp, m): of K, by velocity and coordinate
     stiffness: Array  # (Lp, Lp), as the others
-    parametric: Array
+    parametric: Array  # (2K + 1, Lp * Lp), by terms of the drive
     damping: Array
+    inertia: Array  # (Lp,)
     has_loss: bool
 
     @property
@@ -53,10 +54,16 @@ class Part:
             loss=PairMatrix(system.loss[outer].transpose(2, 3, 0, 1)),
             mixed=2.0 * system.loss[np.ix_(modes, moving, modes, moving)],
             stiffness=system.stiffness[inner],
-            parametric=system.parametric[inner],
+            parametric=by_term(system.parametric[inner]),
             damping=system.damping[inner],
+            inertia=system.inertia[modes],
             has_loss=bool(system.loss.any()),
         )
+
+
+def by_term(parametric: Array) -> Array:
+    """Stiffness patterns (L, L, 2K + 1) as a matrix (2K + 1, L * L)."""
+    return np.ascontiguousarray(parametric.reshape(-1, parametric.shape[-1]).T)
 
 
 _of_system: WeakKeyDictionary[ScaledSystem, dict[bytes, list[Part]]] = WeakKeyDictionary()
@@ -76,7 +83,8 @@ def independent_parts(system: ScaledSystem, moving: Index) -> list[Part]:
 def _coupled(system: ScaledSystem, moving: Index) -> Index:
     """Numbers (L,) of the parts to which the modes belong."""
     every = np.ix_(np.arange(system.size), np.arange(system.size), moving, moving)
-    joined = (system.stiffness != 0) | (system.damping != 0) | (system.parametric != 0)
+    joined = (system.stiffness != 0) | (system.damping != 0)
+    joined |= (system.parametric != 0).any(axis=2)
     joined |= (system.cubic[every] != 0).any(axis=(2, 3))
     joined |= (system.quadratic[:, :, moving] != 0).any(axis=2)
     if system.loss.any():

@@ -20,7 +20,7 @@ from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.orbits.pairs import Index
 from nanorom.continuation.orbits.parts import independent_parts
 from nanorom.continuation.orbits.product import product_eigenvalues
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 

@@ -40,10 +40,14 @@ def _taylor_table(wide: int, intervals: int, half: bool) -> Array:
 
 
 class Variation:
-    """Maps of the state (y, y') of a set of modes with linear damping C, interval by interval."""
+    """Maps of the state (y, y') of a set of modes with linear damping C, interval by interval.
 
-    def __init__(self, damping: Array, truncation: float) -> None:
+    Of coordinates without inertia, whose damping is 1, y alone matters: y' is theirs at the end.
+    """
+
+    def __init__(self, damping: Array, inertia: Array, truncation: float) -> None:
         self.damping, self.truncation = damping, truncation
+        self.inertia, self.massless = inertia[:, None], np.flatnonzero(inertia == 0)
         self.size = len(damping)
         self._buffers: dict[str, Array] = {}
 
@@ -82,6 +86,7 @@ class Variation:
         force = self._buffer("force", (n, intervals, size, 2 * size))
         y[:, :, order] = np.eye(size, 2 * size)
         y[:, :, order - 1] = np.eye(size, 2 * size, size)
+        y[:, :, :order, self.massless] = 0.0
         flat = y.reshape(n, intervals, (order + 1) * size, 2 * size)
         for j in range(order - 1):
             matrix = local[:, :, :, : j + 1].reshape(n, intervals, size, (j + 1) * size)
@@ -92,6 +97,10 @@ class Variation:
                 weights = np.arange(j + 1, 0, -1.0).repeat(size)[:, None]
                 past = flat[:, :, (order - j - 1) * size : order * size] * weights
                 force += np.matmul(friction[:, :, :, : j + 1].reshape(n, intervals, size, -1), past)
+            if len(self.massless):
+                rate = force[:, :, self.massless] / durations[:, None, None, None]
+                y[:, :, order - j - 1, self.massless] = -rate / (j + 1.0)
+                force *= self.inertia
             np.multiply(force, -1.0 / ((j + 2.0) * (j + 1.0)), out=y[:, :, order - j - 2])
         maps = self._buffer("maps", (n, intervals, 2 * size, 2 * size))
         np.sum(y, axis=2, out=maps[:, :, :size])

@@ -15,7 +15,7 @@ import numpy as np
 from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.bifurcations import FOLD, TORUS, Kind
 from nanorom.continuation.orbits.harmonics import Support, basis_for, full_support
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
@@ -60,7 +60,7 @@ class CriticalBalance:
             return np.arange(self.basis.size)
         rows = np.where(self.basis.rows == 0, 0, (self.basis.rows - 1) % 2 + 1)
         rows = np.where(self.basis.rows == 0, 0, 2 * self.factor * self.basis.number - 2 + rows)
-        grid = rows[:, None] * len(self.origin.force) + self.basis.modes[None, :]
+        grid = rows[:, None] * self.origin.size + self.basis.modes[None, :]
         flat = grid.ravel()
         return flat if self.basis.unknowns is None else flat[self.basis.unknowns]
 
@@ -100,7 +100,7 @@ class CriticalBalance:
             grid = grid + self._loss_derivative(operator, x, rate, shift, left, right)
         packed = wide.pack(grid) if wide is self.basis else grid.ravel()[self.to_wide]
         gradient[:n] = -packed
-        second, first = wide.second_weight * right, operator.derivative(right)
+        second, first = operator.second_weight * right, operator.derivative(right)
         # the rate multiplies d/dtheta, which for NS is d/dtheta + i shift
         turned = first + 1j * shift * right
         slope = 2 * rate * (second + 2j * shift * first - shift**2 * right)
@@ -217,11 +217,11 @@ class CriticalBalance:
         rows = len(basis.rows)
         turn = np.zeros((rows, rows))
         turn[np.arange(rows), basis.derivative_row] = basis.derivative_weight[:, 0]
-        eye = np.eye(size)
+        inertia = np.diag(operator.inertia)
         added = np.zeros((rows * size,) * 2, dtype=complex)
         if operator.second_weight.any():
-            added += 2j * shift * rate**2 * np.kron(turn, eye)
-            added -= (shift * rate) ** 2 * np.eye(rows * size)
+            added += 2j * shift * rate**2 * np.kron(turn, inertia)
+            added -= (shift * rate) ** 2 * np.kron(np.eye(rows), inertia)
         added += 1j * shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
         if not operator.has_loss:
             return added

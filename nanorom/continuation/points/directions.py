@@ -15,7 +15,7 @@ from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.harmonics import Support, basis_for, full_support, stretch
 from nanorom.continuation.orbits.orbit import Orbit
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 SHIFT = 1e-12  # of the matrix, which is singular at the very point

@@ -20,8 +20,8 @@ from nanorom.continuation.orbits.harmonics import (
 )
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
 from nanorom.continuation.points.directions import fixed_space, shortened, stretched
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
-from nanorom.continuation.system import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 

@@ -8,9 +8,11 @@ from itertools import count
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import finite
 from nanorom.continuation.diagrams.diagram import SpecialPoint
 from nanorom.continuation.orbits.harmonics import Support, close_support, symmetry_signs
-from nanorom.continuation.system import ModalSystem, ScaledSystem, finite
+from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.continuation.tori.circle import HARMONICS
 from nanorom.continuation.tori.course import Course, joined
@@ -136,7 +138,7 @@ def _scaled_state(parameter: Varied, state: object) -> Array:
         raise ContinuationError(
             f"point: give an NS point or (q, dq/dt) as {2 * unit.size} finite numbers"
         )
-    return given / np.repeat([unit.amplitude, unit.amplitude * unit.frequency], unit.size)
+    return unit.inner_states(given)
 
 
 def _start(parameter: Varied, point: SpecialPoint | Array, at: float | None) -> float:

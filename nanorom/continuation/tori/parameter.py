@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import finite
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import check_range
-from nanorom.continuation.system import ModalSystem, ScaledSystem, finite
+from nanorom.continuation.system import ModalSystem
 from nanorom.errors import ContinuationError
 
 NAMES = ("omega", "direct", "parametric")
@@ -78,7 +80,7 @@ def _level(
 ) -> Varied:
     scaled = system.scaled(levels.get("direct", 0.0), levels.get("parametric", 0.0))
     unit = max(abs(value) for value in span)
-    change = system.change({name: getattr(system, name)}, scaled).times(unit)
+    change = system.change({name: system.arrays()[name]}, scaled).times(unit)
     rate = levels["omega"] / scaled.frequency
     return Varied(
         name,

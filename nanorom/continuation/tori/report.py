@@ -47,7 +47,7 @@ class Report:
         curve, unit = member.curve, self.varied.system
         scaled = motion(self.map, curve)
         user = QuasiPeriodic(
-            scaled.coefficients * unit.amplitude,
+            unit.given(scaled.coefficients),
             scaled.omega * unit.frequency,
             scaled.second * unit.frequency,
             scaled.period_multiple,
@@ -87,7 +87,7 @@ class Report:
         coefficients[1::2], coefficients[2::2] = 2 * spectrum[1:].real, -2 * spectrum[1:].imag
         _, omega = self.map.at(cycle.parameter)
         return PeriodicOrbit(
-            coefficients * unit.amplitude,
+            unit.given(coefficients),
             omega * unit.frequency,
             int(periods) * self.map.period_multiple,
         )

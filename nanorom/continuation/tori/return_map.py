@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from nanorom.continuation.orbits.flow import TaylorStepper
-from nanorom.continuation.system import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 Equations = Callable[[float], tuple[ScaledSystem, float]]  # parameter -> equations, drive frequency

@@ -14,12 +14,15 @@ from dataclasses import replace
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import finite
 from nanorom.continuation.branches.start import first_orbit
 from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.drive import CARRIER
 from nanorom.continuation.orbits.harmonics import forced_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, orbit_state
+from nanorom.continuation.scaled import ARRAYS, DRIVEN, ScaledSystem
 from nanorom.continuation.settings import Settings
-from nanorom.continuation.system import ModalSystem, ScaledSystem, finite
+from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.continuation.tori.course import Course
 from nanorom.continuation.tori.family import Family
@@ -95,18 +98,19 @@ def with_tone(system: ScaledSystem, tone: ScaledSystem, omega: float) -> ScaledS
     """
     size = system.size
 
-    def padded(array: Array) -> Array:
-        return np.pad(array, [(0, 1)] * array.ndim)
+    def padded(array: Array, axes: int) -> Array:
+        return np.pad(array, [(0, 1)] * axes + [(0, 0)] * (array.ndim - axes))
 
-    arrays = {
-        name: padded(getattr(system, name))
-        for name in ("damping", "stiffness", "quadratic", "cubic", "loss", "force", "parametric")
-    }
-    arrays["stiffness"][:size, size] = -tone.force
+    arrays = {}
+    for name in ARRAYS:
+        array = getattr(system, name)
+        arrays[name] = padded(array, array.ndim - (name in DRIVEN))
+    pattern = tone.parametric[..., CARRIER]
+    arrays["stiffness"][:size, size] = -tone.force[:, CARRIER]
     arrays["stiffness"][size, size] = omega**2
-    arrays["quadratic"][:size, :size, size] -= tone.parametric / 2
-    arrays["quadratic"][:size, size, :size] -= tone.parametric / 2
-    return replace(system, **arrays)
+    arrays["quadratic"][:size, :size, size] -= pattern / 2
+    arrays["quadratic"][:size, size, :size] -= pattern / 2
+    return replace(system, inertia=np.append(system.inertia, 1.0), shapes=None, **arrays)
 
 
 @one_thread()
@@ -228,7 +232,7 @@ def _first_response(system: ScaledSystem, rate: float, orbit: PeriodicOrbit | No
         raise ContinuationError(
             f"orbit: its drive frequency {orbit.omega:g} is not that of the first tone"
         )
-    return Orbit(orbit.coefficients / system.amplitude, rate / p, p)
+    return Orbit(system.inner(orbit.coefficients), rate / p, p)
 
 
 def _range(first: Tone, second: Tone) -> tuple[str, tuple[float, float]]:

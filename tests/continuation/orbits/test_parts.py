@@ -149,7 +149,7 @@ def test_monodromy_agrees_with_time_integration_and_with_shooting(system, symmet
         q, v = table @ orbit.coefficients, orbit.rate * (table @ differentiate(orbit.coefficients))
         z = y.reshape(2 * size, 2 * size)
         tangent = scaled.stiffness + 2 * scaled.quadratic @ q + 3 * scaled.cubic @ q @ q
-        tangent = tangent - scaled.parametric * np.cos(orbit.rate * t)
+        tangent = tangent - scaled.parametric[..., 1] * np.cos(orbit.rate * t)
         tangent = tangent + 2 * np.einsum("rkjl,l,k->rj", scaled.loss, q, v)
         damping = scaled.damping + scaled.loss @ q @ q
         return np.concatenate([z[size:], -tangent @ z[:size] - damping @ z[size:]]).ravel()

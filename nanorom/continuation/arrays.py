@@ -1,0 +1,74 @@
+"""Arrays as users give them: checked, filled up, symmetrised, without their round-off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nanorom.errors import ContinuationError
+from nanorom.types import Array
+
+BITS = 43
+
+
+def finite(value: object) -> bool:
+    """Whether a value is one finite real number."""
+    try:
+        return bool(np.isfinite(float(value)))  # type: ignore[arg-type]
+    except (TypeError, ValueError):  # no number
+        return False
+
+
+def without_round_off(values: Array | float) -> Array:
+    """The first 43 bits (13 digits) of every number.
+
+    Systems that differ by their units alone become the same to the last bit, and so do their
+    diagrams: at a threshold, round-off would otherwise change the steps taken.
+    """
+    if not np.any(values):
+        return np.asarray(values, dtype=float)
+    mantissa, exponent = np.frexp(values)
+    return np.asarray(np.ldexp(np.round(np.ldexp(mantissa, BITS)), exponent - BITS))
+
+
+def checked(value: object, shape: tuple[int, ...], name: str) -> Array:
+    """An array of finite real numbers of a given shape; raises ContinuationError naming it."""
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ContinuationError(f"{name}: not an array of real numbers") from None
+    if array.shape != shape:
+        raise ContinuationError(f"{name}: shape {array.shape}, expected {shape}")
+    if not np.all(np.isfinite(array)):
+        raise ContinuationError(
+            f"{name}: contains NaN or infinite entries; check the reduction it comes from"
+        )
+    return array
+
+
+def square(value: object, size: int, name: str) -> Array:
+    """A square matrix from a matrix, a diagonal or one number for all modes; raises as
+    `checked`.
+    """
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ContinuationError(f"{name}: not an array of real numbers") from None
+    if array.ndim == 0:
+        array = np.full(size, float(array))
+    if array.ndim == 1 and array.shape == (size,):
+        array = np.diag(array)
+    return checked(array, (size, size), name)
+
+
+def symmetrise_quadratic(tensor: Array) -> Array:
+    """A[r, j, k] averaged over the order of j, k: the force A qq is unchanged."""
+    return (tensor + tensor.transpose(0, 2, 1)) / 2
+
+
+def symmetrise_cubic(tensor: Array) -> Array:
+    """B[r, j, k, l] averaged over the order of j, k, l: the force B qqq is unchanged."""
+    total = tensor + tensor.transpose(0, 1, 3, 2)
+    for order in ((0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1)):
+        total += tensor.transpose(order)
+    total /= 6
+    return np.asarray(total)
