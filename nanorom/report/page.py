@@ -112,7 +112,7 @@ def _model_beside(response: Response, path: Path) -> ReducedModel | None:
     """The model of a response, if that is beside its file and sound."""
     try:
         model = ReducedModel.load(path.with_name(MODEL))
-    except FileError:
+    except FileError:  # the page is made without what moves
         return None
     same = model.label == response.label
     return model if same and np.allclose(model.frequency, response.frequency, SAME, 0) else None
