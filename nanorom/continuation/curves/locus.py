@@ -16,7 +16,8 @@ from scipy.optimize import brentq
 
 from nanorom.continuation.branches.march import STRAIGHT, March, StepControl
 from nanorom.continuation.diagrams.diagram import SpecialPoint
-from nanorom.continuation.orbits.bifurcations import KINDS, REAL, TORUS
+from nanorom.continuation.orbits.bifurcations import KINDS, TORUS
+from nanorom.continuation.orbits.conditions import REAL
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import (
     HARMONIC_LADDER,
