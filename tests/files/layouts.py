@@ -4,15 +4,16 @@
 """
 
 import re
+from importlib import import_module
 from pathlib import Path
 
-from nanorom import LoadCurve, ReducedModel, Response, Verified
-from nanorom.files import layout
+from nanorom.files import layout, stored
 from nanorom.results import diagram_file
 
 TOP = Path(__file__).parents[2]
 DOCUMENTS = [TOP / "README.md", TOP / "docs" / "files.md"]
-CLASSES = {cls.__name__: cls for cls in (ReducedModel, Response, LoadCurve, Verified)}
+LOADED = [kind.load.partition(".load")[0].split(":") for kind in stored.KINDS.values()]
+CLASSES = {name: getattr(import_module(module), name) for module, name in LOADED}
 TABLE = re.compile(r"(<!-- layout of (\w+), [^>]*-->\n).*?(<!-- end -->)", re.DOTALL)
 
 
