@@ -12,8 +12,11 @@ from nanorom.results import diagram_file
 
 TOP = Path(__file__).parents[2]
 DOCUMENTS = [TOP / "README.md", TOP / "docs" / "files.md"]
-LOADED = [kind.load.partition(".load")[0].split(":") for kind in stored.KINDS.values()]
-CLASSES = {name: getattr(import_module(module), name) for module, name in LOADED}
+LOADED = [kind.load.split(":") for kind in stored.KINDS.values()]  # module, method of the class
+CLASSES = {
+    name: getattr(import_module(module), name)
+    for module, name in ((module, method.split(".")[0]) for module, method in LOADED)
+}
 TABLE = re.compile(r"(<!-- layout of (\w+), [^>]*-->\n).*?(<!-- end -->)", re.DOTALL)
 
 
