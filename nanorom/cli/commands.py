@@ -169,6 +169,13 @@ def export_command(options: argparse.Namespace) -> None:
         raise FileError(f"--to: found {options.to!r}; allowed: {', '.join(FORMATS)}")
     target = options.output or options.model.with_suffix(FORMATS[options.to].suffix)
     _, content = _load(options.model)
+    if isinstance(content, Response) and FORMATS[options.to].motion:
+        from nanorom.results.beside import model_beside
+
+        model = model_beside(content, options.model)
+        orbit = export.orbit_of(content, options.level, _number(options.at))
+        print(export.export_motion(model, orbit, options.to, target))
+        return
     if isinstance(content, Response):
         print(export.export_response(content, options.to, target))
         return

@@ -112,7 +112,7 @@ def _export(parser: argparse.ArgumentParser) -> None:
         "--to",
         required=True,
         metavar="FORMAT",
-        help="auto, coco, matlab, csv, poscidyn, verilog-a, vtk; of a response: csv, matlab",
+        help="auto, coco, matlab, csv, poscidyn, verilog-a, vtk; of a response: csv, matlab, vtk",
     )
     parser.add_argument(
         "-o",
@@ -131,6 +131,12 @@ def _export(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--direct", metavar="LEVEL", help='direct drive ("5 Pa")')
     group.add_argument("--parametric", metavar="LEVEL", help='parametric drive ("5 mN/m")')
+    parser.add_argument(
+        "--at",
+        metavar="FREQUENCY",
+        help="vtk of a response: moves the film of the rom.h5 beside it as it does at the largest "
+        "stable orbit of --level there (default: of all)",
+    )
 
 
 def _identify(parser: argparse.ArgumentParser) -> None:

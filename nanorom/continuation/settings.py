@@ -11,7 +11,7 @@ from nanorom.errors import ContinuationError
 
 BOUNDS = {  # of settings: beyond them they say nothing, or nothing can be kept
     "tolerance": (1e-14, 1e-2),
-    "harmonics": (3, 150),
+    "harmonics": (3, 650),
     "reach": (1.0, 1e3),
     "depth": (0, 100),
     "steps": (1, 1_000_000),
@@ -32,7 +32,7 @@ class Settings:
     series: float = 5e-10
     depth: int = 1
     steps: int = 2000
-    harmonics: int = 150
+    harmonics: int = 650
     reach: float = 2.0
 
     def __post_init__(self) -> None:

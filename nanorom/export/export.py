@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from nanorom.continuation import PeriodicOrbit
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import FileError, SceneError
 from nanorom.export.formats import FORMATS, Format
@@ -16,7 +17,7 @@ from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import aimed
 from nanorom.scene.drive import Drive
-from nanorom.scene.excitation import Damping, Excitation, Sweep
+from nanorom.scene.excitation import Damping, Excitation, Sweep, as_frequency
 from nanorom.scene.scene import Scene
 
 
@@ -73,6 +74,48 @@ def export_response(response: Response, to: str, target: str | os.PathLike[str])
         raise FileError(f"export: {to} is for models; a response goes to {able}")
     write(response, Path(target))
     return Path(target)
+
+
+def export_motion(
+    model: ReducedModel, orbit: PeriodicOrbit, to: str, target: str | os.PathLike[str]
+) -> Path:
+    """Write the film as it moves over a period of an orbit; returns the path written.
+
+    to : "vtk".  Raises FileError for another format and a target that cannot be written,
+    ModelError if the model has no shapes.
+    """
+    write = _format(to).motion
+    if write is None:
+        able = ", ".join(name for name, each in FORMATS.items() if each.motion)
+        raise FileError(f"export: {to} is not for motions; those go to {able}")
+    write(model, orbit, Path(target))
+    return Path(target)
+
+
+def orbit_of(response: Response, level: int, at: str | float | None = None) -> PeriodicOrbit:
+    """The largest stable orbit of a drive level (from 1), or of those next to a drive frequency.
+
+    at : "20 MHz", "1.1 f1" or a number in Hz.  Raises FileError if there is none.
+    """
+    if not 1 <= level <= len(response.diagrams):
+        raise FileError(
+            f"level: found {level}; the response has levels 1 to {len(response.diagrams)}"
+        )
+    first = float(response.frequency[0])
+    wanted = None if at is None else as_frequency(at).hertz(first)
+    found = []
+    for branch in response.diagrams[level - 1].branches:
+        points = np.flatnonzero(np.asarray(branch.stable, dtype=bool))
+        if wanted is not None and len(branch) > 1:  # points a step from it, on every stretch
+            away = np.abs(branch.frequency - wanted) <= np.abs(np.gradient(branch.frequency))
+            points = points[away[points]]
+        found += [(np.linalg.norm(branch.amplitude[i]), branch, i) for i in points]
+    if not found:
+        raise FileError(
+            f"level {level}: there is no stable orbit{'' if at is None else f' at {at}'}"
+        )
+    _, branch, index = max(found, key=lambda entry: entry[0])
+    return branch.orbit(int(index))
 
 
 def _format(to: str) -> Format:

@@ -12,7 +12,7 @@ from mpi4py import MPI
 from nanorom.errors import SceneError, SolverError
 from nanorom.fem.fields import places
 from nanorom.fem.models.build import build_plate
-from nanorom.fem.modes import coupled
+from nanorom.fem.modes import coupled, names
 from nanorom.fem.modes.eigen import UnstableError
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes.registry import check_of_plates
@@ -114,6 +114,7 @@ class LoadedFilm:
         self.problem = loads.problem(self.film, found)
         self.problem.solve(0.0)  # the pre-stress may relax
         self.lumped = self._lumped_pull_in()
+        self.label: list[str] | None = None  # of the modes, found with the first of them
 
     def accept(self, _: StaticProblem) -> bool:
         """No part of the film is at the gate."""
@@ -131,6 +132,8 @@ class LoadedFilm:
                     self.film.about(self._unit.attraction(point.magnitude)), count
                 )
                 frequency = self.scales.frequency(modes.eigenvalues[:count])
+                if self.label is None:
+                    self.label = names.name(self.scene, modes)[1][:count]
             except UnstableError:  # at a limit point, to rounding
                 pass
         share = np.sqrt(point.magnitude) if self.quantity == "voltage" else point.magnitude
@@ -147,7 +150,9 @@ class LoadedFilm:
         load, centre, largest, frequency = zip(*rows)
         shares = np.sqrt(limits) if self.quantity == "voltage" else np.array(limits)
         turned = shares * getattr(self.load, self.quantity)
-        return LoadCurve(self.quantity, load, centre, largest, frequency, turned, self.lumped)
+        return LoadCurve(
+            self.quantity, load, centre, largest, frequency, turned, self.lumped, self.label
+        )
 
     def _lumped_pull_in(self) -> float | None:
         """Pull-in voltage of a rigid plate on a spring of the film's mean stiffness."""

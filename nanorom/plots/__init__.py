@@ -5,12 +5,14 @@ from nanorom.plots.diagram import diagram_figure, motion_figure
 from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
+from nanorom.plots.motion import animate
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
 from nanorom.plots.verified import verified_figure
 
 __all__ = [
     "amplitude_panels",
+    "animate",
     "comb_figure",
     "comparison_figure",
     "diagram_figure",

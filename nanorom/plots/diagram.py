@@ -61,11 +61,12 @@ def diagram_figure(
                 )
         for (name, swept), colour in zip(sweeps.items(), SWEPT):
             axes.plot(swept.omega, swept.amplitude[:, mode], color=colour, label=name, **RECORDED)
-        for point in diagram.special_points:
-            style = {"color": _colour(point.period_multiple), "zorder": 3}
-            axes.plot(point.omega, point.amplitude[mode], **marker_style(point.type), **style)
-        for left in diagram.unexplored:
-            axes.plot(left.omega, 0.0, color=NEUTRAL, zorder=3, **UNEXPLORED)
+        whole: Any = {"zorder": 3, "clip_on": False}  # also on the edge
+        for point in (p for p in diagram.special_points if low <= p.omega <= high):
+            style = {"color": _colour(point.period_multiple), **marker_style(point.type)}
+            axes.plot(point.omega, point.amplitude[mode], **style, **whole)
+        for left in (u for u in diagram.unexplored if low <= u.omega <= high):
+            axes.plot(left.omega, 0.0, color=NEUTRAL, **UNEXPLORED, **whole)
         name = labels[mode] if labels else f"mode {mode + 1}"
         axes.set_ylabel(f"max |q|\n{name}", linespacing=1.2)
         axes.set_ylim(-0.05 * tops[mode], 1.1 * tops[mode])

@@ -37,15 +37,15 @@ def load_curve(curve: LoadCurve, path: str | Path | None = None) -> Figure:
     above.plot(x, np.where(curve.stable, y, np.nan), ".-", ms=3)
     where = "centre" if at_centre else "largest"
     above.set_ylabel(f"deflection, {where} ({deflection_unit})")
-    for number, values in enumerate(curve.frequency.T, 1):
-        below.plot(x, values * frequency, ".-", ms=3, label=f"mode {number}")
+    for name, values in zip(curve.names, curve.frequency.T):
+        below.plot(x, values * frequency, ".-", ms=3, label=name)
     below.set_ylabel(f"frequency ({frequency_unit})")
     below.set_xlabel(f"{curve.quantity} ({load_unit})")
     below.xaxis.set_major_locator(MaxNLocator(6))
-    name = "pull-in" if curve.quantity == "voltage" else "limit point"
+    what = "pull-in" if curve.quantity == "voltage" else "limit point"
     for number, limit in enumerate(curve.limits):
         for axes in (above, below):
-            label = name if number == 0 and axes is above else None
+            label = what if number == 0 and axes is above else None
             axes.axvline(limit * load, color="0.3", lw=0.7, ls=":", label=label)
     if len(curve.limits):
         above.legend()

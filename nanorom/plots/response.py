@@ -13,7 +13,6 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 from numpy.typing import NDArray
 
-from nanorom.continuation import Diagram
 from nanorom.continuation.orbits.bifurcations import DOUBLING, KINDS, TORUS
 from nanorom.measurement.data import MeasuredResponse
 from nanorom.plots.curves import (
@@ -33,6 +32,7 @@ from nanorom.plots.style import (
     styled,
     with_unit,
 )
+from nanorom.results.cut import cut_peaks
 from nanorom.results.response import Response
 from nanorom.types import Array
 
@@ -171,6 +171,7 @@ def _draw(
 ) -> None:
     """Draw every level, the higher ones moved up by ``shift`` each."""
     levels = list(zip(_colours(response), response.diagrams))
+    start, stop = (2 * np.pi * f for f in response.sweep.hertz(float(response.frequency[0])))
     # low levels lie within high ones: draw them on top
     for place, (colour, diagram) in reversed([*enumerate(levels)]):
         for number, branch in enumerate(diagram.branches):
@@ -182,29 +183,29 @@ def _draw(
                     color=colour,
                     **line_style(curve.stable),
                 )
-        _mark_unexplored(axes, diagram, colour, frequency[0])
-        for point in (p for p in diagram.special_points if p.type in kinds):
-            axes.plot(
-                point.omega * frequency[0],
-                measure(point.amplitude) * length[0] + place * shift,
-                color=colour,
-                zorder=3,
-                **marker_style(point.type),
-            )
-    start, stop = response.sweep.hertz(float(response.frequency[0]))
-    scale = 2 * np.pi * frequency[0]
-    axes.set_xlim(start * scale, stop * scale)
+        marks = [(p.omega, p.amplitude, p.type) for p in diagram.special_points if p.type in kinds]
+        marks += [
+            (left.omega, np.zeros_like(response.frequency), "") for left in diagram.unexplored
+        ]
+        for omega, amplitude, kind in marks:
+            if start <= omega <= stop:  # whole, also those on the edge
+                height = measure(amplitude) * length[0] + place * shift * bool(kind)
+                style = marker_style(kind) if kind else UNEXPLORED
+                axes.plot(
+                    omega * frequency[0], height, color=colour, zorder=3, clip_on=False, **style
+                )
+    for cut in cut_peaks(response):
+        height = measure(cut.amplitude) * length[0] + cut.level * shift
+        style = {"marker": 5 if cut.omega > (start + stop) / 2 else 4, "markersize": 3.5}
+        axes.plot(
+            cut.omega * frequency[0], height, color=levels[cut.level][0], clip_on=False, **style
+        )
+    axes.set_xlim(start * frequency[0], stop * frequency[0])
     top = length[0] * _largest(response, measure)
     axes.set_ylim(-0.04 * top, 1.08 * top + (len(levels) - 1) * shift)
     axes.tick_params(length=2.5)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
-
-
-def _mark_unexplored(axes: Any, diagram: Diagram, colour: Any, factor: float) -> None:
-    """Crosses on the axis where something was not followed."""
-    for left in diagram.unexplored:
-        axes.plot(left.omega * factor, 0.0, color=colour, zorder=3, **UNEXPLORED)
 
 
 def _colours(response: Response) -> Any:
@@ -251,6 +252,9 @@ def _legend(
             handles.append(Line2D([], [], **style, label=KINDS[kind].name))
     if any(start <= u.omega <= stop for d in response.diagrams for u in d.unexplored):
         handles.append(Line2D([], [], color=NEUTRAL, label="not explored", **UNEXPLORED))
+    if cut_peaks(response):
+        arrow: Any = {"marker": 5, "linestyle": "none", "markersize": 3.5, "color": NEUTRAL}
+        handles.append(Line2D([], [], **arrow, label="still rises where the range ends"))
     handles += more
     axes.legend(
         handles=handles,

@@ -5,23 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-import numpy as np
-
 from nanorom.errors import FileError
 from nanorom.files import stored
 from nanorom.report import html, sections, text
 from nanorom.report.viewer import data
 from nanorom.report.viewer.pack import Pack
 from nanorom.report.viewer.page import Page
+from nanorom.results.beside import model_beside
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.results.response import Response
 from nanorom.results.verified import Verified
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.scene import Scene
 from nanorom.scene.units import with_unit
-
-MODEL = "rom.h5"  # the file beside a response that has its modes
-SAME = 1e-9  # relative difference of natural frequencies of one model
 
 
 def write(
@@ -60,10 +56,11 @@ def model_page(model: ReducedModel, path: Path) -> Page:
 
 def response_page(response: Response, path: Path) -> Page:
     """The response, and the moving film where its model is beside it."""
-    pack, model = Pack(), _model_beside(response, path)
-    below = []
-    if model is None:
-        lead = f"{MODEL} of this response is not beside it: the film is not shown"
+    pack, below = Pack(), []
+    try:
+        model = model_beside(response, path)
+    except FileError as error:
+        lead = f"the film is not shown: {error}"
     else:
         lead = _lead(model)
         data.add_model(pack, model)
@@ -106,13 +103,3 @@ def _lead(model: ReducedModel) -> str:
     lowest = with_unit(float(model.frequency[0]), "Hz", 6)
     method = model.method or "unknown"
     return f"{text.counted(model.size, 'mode')}, {method} reduction, lowest frequency {lowest}"
-
-
-def _model_beside(response: Response, path: Path) -> ReducedModel | None:
-    """The model of a response, if that is beside its file and sound."""
-    try:
-        model = ReducedModel.load(path.with_name(MODEL))
-    except FileError:  # the page is made without what moves
-        return None
-    same = model.label == response.label
-    return model if same and np.allclose(model.frequency, response.frequency, SAME, 0) else None

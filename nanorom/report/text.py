@@ -6,10 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from nanorom.results import cut
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.patterns.pattern import Pattern
+from nanorom.scene.units import scaled, tabulated, with_unit
+from nanorom.types import Array
 
 if TYPE_CHECKING:
     from nanorom.measurement.identify import Identification
@@ -23,22 +27,26 @@ def model_text(model: ReducedModel) -> str:
 
 def model_rows(model: ReducedModel) -> list[tuple[str, ...]]:
     """The modes: names of the columns, their units, and a row for each."""
-    rows = [
-        (
-            str(model.number[r]),
-            model.label[r],
-            f"{model.frequency[r]:.9e}",
-            f"{model.mass[r]:.6e}",
-            f"{model.stiffness[r, r]:.6e}",
-            _quality(model, r),
-            f"{model.quadratic[r, r, r]:.6e}",
-            f"{model.cubic[r, r, r, r]:.6e}",
-        )
-        for r in range(model.size)
-    ]
-    head = ("mode", "label", "frequency", "mass", "stiffness", "Q", "alpha_rr", "b_rrr")
-    units = ("", "", "Hz", "kg", "N/m", "1", "N/m^2", "N/m^3")
-    return [head, units, *rows]
+    quadratic, cubic = (np.einsum(f"{'r' * t.ndim}->r", t) for t in (model.quadratic, model.cubic))
+    columns = (
+        ("frequency", model.frequency, "Hz", 10),
+        ("mass", model.mass, "kg", 7),
+        ("stiffness", np.diag(model.stiffness), "N/m", 7),
+        ("Q", _quality(model), "1", 6),
+        ("alpha_rr", quadratic, "N/m^2", 7),
+        ("b_rrr", cubic, "N/m^3", 7),
+    )
+    head, *told = zip(*(_column(*column) for column in columns))
+    units, *rows = told
+    modes = zip(map(str, model.number), model.label)
+    named = [(*mode, *row) for mode, row in zip(modes, rows)]
+    return [("mode", "label", *head), ("", "", *units), *named]
+
+
+def _column(name: str, values: ArrayLike, unit: str, digits: int) -> list[str]:
+    """A column of a table: its name, its unit, and its cells."""
+    cells, scaled_unit = tabulated(values, unit, digits)
+    return [name, scaled_unit, *cells]
 
 
 def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
@@ -77,50 +85,43 @@ def response_text(response: Response) -> str:
 
 def point_rows(response: Response) -> list[tuple[str, ...]]:
     """The special points: names of the columns, their units, and a row for each."""
-    head = ("level", "type", "frequency", "amplitude", "largest mode", "period", "branch")
-    units = ("", "", "Hz", "m", "", "of drive", "")
-    rows = []
-    for level, diagram in enumerate(response.diagrams, 1):
-        for point in diagram.special_points:
-            largest = int(np.argmax(point.amplitude))
-            rows.append(
-                (
-                    str(level),
-                    point.type,
-                    f"{point.omega / (2 * np.pi):.9e}",
-                    f"{point.amplitude[largest]:.6e}",
-                    response.label[largest],
-                    str(point.period_multiple),
-                    str(point.branch),
-                )
-            )
-    return [head, units, *rows]
+    points = [(n, p) for n, d in enumerate(response.diagrams, 1) for p in d.special_points]
+    largest = [int(np.argmax(point.amplitude)) for _, point in points]
+    columns = (
+        ["level", "", *(str(level) for level, _ in points)],
+        ["type", "", *(point.type for _, point in points)],
+        _column("frequency", [point.frequency for _, point in points], "Hz", 10),
+        _column("amplitude", [p.amplitude[r] for (_, p), r in zip(points, largest)], "m", 7),
+        ["largest mode", "", *(response.label[r] for r in largest)],
+        ["period", "of drive", *(str(point.period_multiple) for _, point in points)],
+        ["branch", "", *(str(point.branch) for _, point in points)],
+    )
+    return list(zip(*columns))
 
 
 def unexplored_rows(response: Response) -> list[tuple[str, ...]]:
     """What was not followed or not looked for: names of the columns, units, and a row for each."""
-    rows = [
-        (str(level), left.kind, f"{left.omega / (2 * np.pi):.6e}", left.why)
-        for level, diagram in enumerate(response.diagrams, 1)
-        for left in diagram.unexplored
-    ]
-    return [("level", "not explored", "frequency", "why"), ("", "", "Hz", ""), *rows]
+    missing = [(n, left) for n, d in enumerate(response.diagrams, 1) for left in d.unexplored]
+    columns = (
+        ["level", "", *(str(level) for level, _ in missing)],
+        ["not explored", "", *(left.kind for _, left in missing)],
+        _column("frequency", [left.omega / (2 * np.pi) for _, left in missing], "Hz", 7),
+        ["why", "", *(left.why for _, left in missing)],
+    )
+    return list(zip(*columns))
 
 
 def level_facts(response: Response) -> list[tuple[str, str]]:
     """The drive levels and what was found at each."""
-    direct_unit, parametric_unit = response.drive.units
-    levels = [
-        (
-            f"level {n}",
-            f"{direct:g} {direct_unit} direct, {parametric:g} {parametric_unit} parametric: "
-            f"{len(diagram.branches)} branches, {len(diagram.special_points)} special points"
-            + (f", {len(diagram.unexplored)} not explored" if diagram.unexplored else ""),
-        )
-        for n, ((direct, parametric), diagram) in enumerate(
-            zip(response.drive.levels, response.diagrams), 1
-        )
-    ]
+    levels = []
+    for n, (drive, diagram) in enumerate(zip(response.drive.levels, response.diagrams), 1):
+        direct, parametric = map(with_unit, drive, response.drive.units)
+        found = f"{len(diagram.branches)} branches, {len(diagram.special_points)} special points"
+        if diagram.unexplored:
+            found += f", {len(diagram.unexplored)} not explored"
+        levels.append((f"level {n}", f"{direct} direct, {parametric} parametric: {found}"))
+    if cut_peaks := cut.told(response):
+        levels.append(("still rising", f"where the range ends: {cut_peaks}"))
     if response.unfinished:
         levels.append(("to do", f"{response.unfinished} levels; the same command goes on"))
     return levels
@@ -131,23 +132,22 @@ def identification_text(found: Identification) -> str:
     from nanorom.measurement.identify import CONFIDENCE
     from nanorom.measurement.unknowns import UNKNOWNS
 
-    values = [
-        (name, f"{value:.6g}", _interval(found.interval[name]), UNKNOWNS[name].unit)
-        for name, value in found.value.items()
-    ]
-    lines = [
-        (label, f"{measured:.9e}", f"{fitted:.9e}", f"{100 * difference:+.4f}")
-        for label, measured, fitted, difference in zip(
-            found.label, found.measured.frequency, found.fitted, found.difference
-        )
-    ]
+    values = []
+    for name, value in found.value.items():
+        factor, unit = scaled(value, UNKNOWNS[name].unit)
+        interval = _interval(factor * found.interval[name])
+        values.append((name, f"{factor * value:.6g}", interval, unit))
+    both, hertz = tabulated([found.measured.frequency, found.fitted], "Hz", 10)
+    measured, fitted = both[: len(found.label)], both[len(found.label) :]
+    differences = [f"{100 * difference:+.4f}" for difference in found.difference]
+    lines = list(zip(found.label, measured, fitted, differences))
     facts = [
         ("differences", f"{100 * found.noise:.3g} % (standard deviation)"),
         ("evaluations", str(found.evaluations)),
     ]
     parts = [
         _table([("found", "value", f"+- ({CONFIDENCE:.0%})", "unit"), *values]),
-        _table([("mode", "measured", "fitted", "difference"), ("", "Hz", "Hz", "%"), *lines]),
+        _table([("mode", "measured", "fitted", "difference"), ("", hertz, hertz, "%"), *lines]),
         _list(facts),
     ]
     if found.rivals:
@@ -170,11 +170,11 @@ def _rivals(found: Identification) -> str:
     return _table([("odds", "chi^2", "noise %", *found.value, "modes"), *rows])
 
 
-def _quality(model: ReducedModel, r: int) -> str:
-    damping = model.damping[r, r]
-    if damping == 0:
-        return "-"
-    return f"{model.mass[r] * 2 * np.pi * model.frequency[r] / damping:.6g}"
+def _quality(model: ReducedModel) -> Array:
+    """(L,) quality factors, infinite where nothing damps."""
+    damping = np.diag(model.damping)
+    with np.errstate(divide="ignore"):
+        return np.asarray(model.mass * 2 * np.pi * model.frequency / damping)
 
 
 def _interval(width: float) -> str:

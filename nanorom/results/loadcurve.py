@@ -13,6 +13,8 @@ from nanorom.errors import ModelError
 from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.schema import array, note
 from nanorom.files.whole import atomic_path
+from nanorom.rom.arrays import as_names
+from nanorom.scene.units import tabulated, with_unit
 
 UNITS = {"voltage": "V", "pressure": "Pa", "force": "N"}
 ANY_UNIT = " or ".join(UNITS.values())
@@ -60,6 +62,12 @@ class LoadCurve:
         metadata=note("number", "V, pull-in of a rigid plate on a spring as stiff as the film"),
     )
 
+    label: tuple[str, ...] | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(as_names),
+        metadata=array("L", "", "names of the modes where the path begins", kind="name"),
+    )
+
     def __attrs_post_init__(self) -> None:
         if self.quantity not in UNITS:
             raise ModelError(f"quantity: found {self.quantity}; allowed: {' | '.join(UNITS)}")
@@ -78,6 +86,11 @@ class LoadCurve:
         return np.asarray(np.isfinite(self.frequency).all(axis=1))
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """(L,) names of the modes, "mode 1" ... where they are not known."""
+        return self.label or tuple(f"mode {i + 1}" for i in range(self.frequency.shape[1]))
+
+    @property
     def pull_in(self) -> float | None:
         """Voltage in V at which a gate pulls the film in, None where it did not."""
         gated = self.quantity == "voltage" and len(self.limits) > 0
@@ -86,7 +99,7 @@ class LoadCurve:
     def save_csv(self, path: str | Path) -> None:
         """Write the table, one row per state; raises FileError."""
         names = [f"{self.quantity} ({UNITS[self.quantity]})", "centre (m)", "largest (m)"]
-        names += [f"f{i + 1} (Hz)" for i in range(self.frequency.shape[1])]
+        names += [f"{name} (Hz)" for name in self.names]
         rows = np.column_stack([self.load, self.centre, self.largest, self.frequency])
         with atomic_path(path) as temporary:
             np.savetxt(temporary, rows, "%.10g", ",", header=",".join(names), comments="")
@@ -104,21 +117,25 @@ class LoadCurve:
 
     def text(self) -> str:
         """The table for people, and what there is to say of it."""
-        unit = UNITS[self.quantity]
-        names = [f"f{i + 1} (Hz)" for i in range(self.frequency.shape[1])]
-        head = [f"{self.quantity} ({unit})", "centre (m)", "largest (m)", *names]
-        rows = np.column_stack([self.load, self.centre, self.largest, self.frequency])
-        cells = [head, *[["-" if np.isnan(x) else f"{x:.6g}" for x in row] for row in rows]]
+        unit, size = UNITS[self.quantity], self.frequency.shape[1]
+        columns = [
+            (self.quantity, *tabulated(self.load, unit)),
+            ("centre", *tabulated(self.centre, "m")),
+            ("largest", *tabulated(self.largest, "m")),
+        ]
+        frequencies, hertz = tabulated(self.frequency, "Hz")
+        columns += [(name, frequencies[i::size], hertz) for i, name in enumerate(self.names)]
+        rows = list(zip(*(values for _, values, _ in columns)))
+        cells = [tuple(f"{name} ({own})" for name, _, own in columns), *rows]
         widths = [max(map(len, column)) for column in zip(*cells)]
         lines = ["  ".join(c.rjust(w) for c, w in zip(row, widths)) for row in cells]
         if self.pull_in is not None:
-            lines += ["", f"pulled in at {self.pull_in:.6g} V"]
+            lines += ["", f"pulled in at {with_unit(self.pull_in, 'V', 6)}"]
             if self.lumped is not None:
-                lines[-1] += (
-                    f"; a rigid plate on a spring of the film's mean stiffness: {self.lumped:.6g} V"
-                    f" ({100 * (self.lumped / self.pull_in - 1):+.1f} %)"
-                )
+                excess = f"{100 * (self.lumped / self.pull_in - 1):+.1f} %"
+                lumped = f"{with_unit(self.lumped, 'V', 6)} ({excess})"
+                lines[-1] += f"; a rigid plate on a spring of the film's mean stiffness: {lumped}"
         elif len(self.limits):
-            values = ", ".join(f"{limit:.6g}" for limit in self.limits)
-            lines += ["", f"limit points at {values} {unit}: the film snaps through"]
+            values = ", ".join(with_unit(limit, unit, 6) for limit in self.limits.tolist())
+            lines += ["", f"limit points at {values}: the film snaps through"]
         return "\n".join(lines)

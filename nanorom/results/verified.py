@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.schema import array, note
 from nanorom.rom.arrays import as_optional
+from nanorom.scene.units import tabulated, with_unit
 from nanorom.types import Array
 
 NONE = -1  # branch of an orbit that lies on none
@@ -158,11 +159,17 @@ class Verified:
         """The table for people: names of the columns, their units, and a row for each orbit."""
         head = ("level", "branch", "type", "frequency", "mode", "model", "film", "error")
         more = ("estimate", "residual", "outside the model")
-        units = ("", "", "", "Hz", "", "m", "m", "", "", "by drive", "")
+        places = np.arange(len(self)), self.largest
+        frequency, hertz = tabulated(self.omega / (2 * np.pi), "Hz", 8)
+        amplitudes, metre = tabulated([self.modal[places], self.full[places]], "m")
+        modal, full = amplitudes[: len(self)], amplitudes[len(self) :]
+        units = ("", "", "", hertz, "", metre, metre, "", "", "by drive", "")
         found: list[tuple[str, ...]] = [head + more, units]
         for row in range(len(self)):
             mode = self.largest[row]
-            names = [f"{label} {value:.2e}" for label, value in self.missing(row)[:3]]
+            names = [
+                f"{label} {with_unit(value, 'm', 3)}" for label, value in self.missing(row)[:3]
+            ]
             error, estimate = self.error[row], self.estimate[row]
             if self.type[row] == "LP":
                 error, estimate = self.error_omega[row], self.estimate_omega[row]
@@ -171,10 +178,10 @@ class Verified:
                     str(self.level[row] + 1),
                     str(self.branch[row]),
                     self.type[row],
-                    f"{self.omega[row] / (2 * np.pi):.7e}",
+                    frequency[row],
                     self.label[mode],
-                    f"{self.modal[row, mode]:.5e}",
-                    _number(self.full[row, mode], ".5e"),
+                    modal[row],
+                    full[row],
                     _number(error, "+.1e") + ("*" if self.type[row] == "LP" else ""),
                     _number(estimate, ".1e"),
                     _number(self.residual[row], ".0e"),

@@ -28,7 +28,19 @@ MEANINGS = {
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
 }
 
-PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+PREFIXES = {
+    -18: "a",
+    -15: "f",
+    -12: "p",
+    -9: "n",
+    -6: "µ",
+    -3: "m",
+    0: "",
+    3: "k",
+    6: "M",
+    9: "G",
+    12: "T",
+}
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
 _UNIT = r"[^\W\d_][^\W\d]*(?:\s*(?:\^|\*\*)\s*-?\d|[²³])?"
@@ -133,18 +145,48 @@ def _factor(name: str, key: str) -> tuple[Decimal, dict[str, float]]:
 
 def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
     """Factor and prefixed unit in which the largest of the values is 1 ... 1000."""
-    values = np.asarray(values, dtype=float)
-    largest = float(np.abs(values).max(initial=0.0))
-    if not np.isfinite(largest) or largest == 0.0:
-        return 1.0, unit
-    power = int(np.clip(3 * np.floor(np.log10(largest) / 3 + 1e-9), -15, 12))
+    if unit == "kg":  # whose prefixes are those of g
+        factor, name = scaled(1e3 * np.asarray(values, dtype=float), "g")
+        return 1e3 * factor, name
+    power = int(np.clip(_thousands(values), min(PREFIXES), max(PREFIXES)))
     return 10.0**-power, PREFIXES[power] + unit
+
+
+def _thousands(values: ArrayLike) -> int:
+    """Power of ten, a multiple of three, in which the largest of the values is 1 ... 1000."""
+    sizes = np.abs(np.asarray(values, dtype=float))
+    largest = float(sizes.max(initial=0.0, where=np.isfinite(sizes)))
+    return int(3 * np.floor(np.log10(largest) / 3 + 1e-9)) if largest > 0 else 0
+
+
+def tabulated(values: ArrayLike, unit: str, digits: int = 6) -> tuple[list[str], str]:
+    """Numbers of a column with that many digits, and the unit that all of them are in.
+
+    Units that take no prefix, as N/m^3 does not, get a power of ten: "1e15 N/m^3".  What is no
+    finite number is "-".
+    """
+    values = np.asarray(values, dtype=float).ravel()
+    if unit in ("", "1"):
+        return [_positional(value, digits, "-") for value in values.tolist()], unit
+    factor, name = scaled(values, unit)
+    if "^" in unit:
+        power = _thousands(values)
+        factor, name = 10.0**-power, f"1e{power} {unit}" if power else unit
+    return [_positional(value * factor, digits, "k") for value in values.tolist()], name
+
+
+def _positional(value: float, digits: int, trim: Literal["k", "-"]) -> str:
+    """A number with so many digits, with or without zeros at its end; "-" for none."""
+    if not math.isfinite(value):
+        return "-"
+    if value == 0.0:
+        return "0"
+    return np.format_float_positional(
+        value, precision=digits, unique=False, fractional=False, trim=trim
+    ).removesuffix(".")
 
 
 def with_unit(value: float, unit: str, digits: int = 4, trim: Literal["k", "-"] = "-") -> str:
     """A value with prefixed unit, "21.15 MHz"; trim "k" keeps trailing zeros."""
     factor, name = scaled(value, unit)
-    text = np.format_float_positional(
-        value * factor, precision=digits, unique=False, fractional=False, trim=trim
-    )
-    return f"{text} {name}"
+    return f"{_positional(value * factor, digits, trim)} {name}"

@@ -104,7 +104,7 @@ def test_plot_draws_a_model_and_a_response_beside_the_file(tmp_path, rom, sweep,
     assert main(["plot", str(rom)]) == 0
     assert main(["plot", str(response), "-o", str(tmp_path / "new" / "pictures")]) == 0
     assert main(["info", str(response)]) == 0
-    assert "level 2  0.002 Pa direct" in capsys.readouterr().out
+    assert "level 2  2 mPa direct" in capsys.readouterr().out
     assert (tmp_path / "modes.png").exists()
     assert names(tmp_path / "new" / "pictures") == ["amplitudes.png", "response.png"]
 

@@ -15,7 +15,7 @@ from scipy.io import loadmat
 from nanorom.cli.main import main
 from nanorom.continuation import ModalSystem
 from nanorom.errors import FileError, ModelError
-from nanorom.export.export import export, export_model, export_response
+from nanorom.export.export import export, export_model, export_motion, export_response, orbit_of
 from nanorom.export.polynomial import acceleration
 from nanorom.results.respond import respond
 from nanorom.scene.drive import Drive
@@ -193,15 +193,62 @@ def test_vtk_itself_reads_the_file(tmp_path, make_model):
     assert [cell.GetPointId(i) for i in range(3)] == model.shapes.cells[3].tolist()
 
 
+def test_moving_film_is_written_for_vtk_at_every_instant(tmp_path, response, driven):
+    driven.save(tmp_path / "rom.h5")
+    response.save(tmp_path / "response.h5")
+    command = ["export", str(tmp_path / "response.h5"), "--to", "vtk", "--level", "2"]
+    assert main([*command, "--at", "1.05 f1"]) == 0
+    orbit = orbit_of(response, 2, "1.05 f1")
+    step = max(np.diff(b.frequency).max() for b in response.diagrams[1].branches)
+    wanted = 1.05 * response.frequency[0]
+    assert orbit.omega / (2 * np.pi) == pytest.approx(wanted, abs=step)
+    with h5py.File(tmp_path / "response.vtkhdf") as file:
+        group = file["VTKHDF"]
+        times = group["Steps/Values"][:]
+        found = group["PointData/deflection"][:].reshape(len(times), -1, 3)
+    assert times[-1] < orbit.period == pytest.approx(times[1] * len(times))
+    expected = orbit.shape(driven.shapes.values, times)
+    assert np.abs(found[..., 2] - expected).max() < 1e-12 * np.abs(expected).max()
+    assert not found[..., :2].any()
+    with pytest.raises(FileError, match="level: found 3"):
+        orbit_of(response, 3)
+    with pytest.raises(FileError, match="no stable orbit at 5 f1"):
+        orbit_of(response, 1, "5 f1")
+    assert main(["export", str(tmp_path / "response.h5"), "--to", "coco"]) == 1
+
+
+def test_vtk_itself_reads_the_moving_film(tmp_path, response, driven):
+    reader_of = pytest.importorskip("vtkmodules.vtkIOHDF")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    orbit = orbit_of(response, 2)
+    path = export_motion(driven, orbit, "vtk", tmp_path / "motion.vtkhdf")
+    reader = reader_of.vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    for step in (0, 5, 63):
+        reader.SetStep(step)
+        reader.Update()
+        data = reader.GetOutput().GetPointData().GetArray("deflection")
+        expected = orbit.shape(driven.shapes.values, step * orbit.period / 64)
+        np.testing.assert_allclose(vtk_to_numpy(data)[:, 2], expected, rtol=1e-12, atol=1e-30)
+        assert reader.GetTimeValue() == pytest.approx(step * orbit.period / 64)
+
+
 @pytest.fixture(scope="module")
-def response(make_model):
+def driven(make_model):
+    """A mode that stiffens and one beside it, under a pressure."""
     model = make_model(2, cubic=np.zeros((2,) * 4), quadratic=np.zeros((2,) * 3))
     cubic = np.zeros((2,) * 4)
     cubic[0, 0, 0, 0] = model.stiffness[0, 0] / 1e-16
-    model = attrs.evolve(model, cubic=cubic, drive={"pressure": np.array([1e-11, 1e-12])})
-    level = 3e-9 * model.stiffness[0, 0] / 1e-11 / 100
+    return attrs.evolve(model, cubic=cubic, drive={"pressure": np.array([1e-11, 1e-12])})
+
+
+@pytest.fixture(scope="module")
+def response(driven):
+    level = 3e-9 * driven.stiffness[0, 0] / 1e-11 / 100
     drive = Drive([0.1 * level, level])
-    return respond(model, drive, Sweep("0.97 f1", "1.2 f1"), Damping(100), processes=1)
+    return respond(driven, drive, Sweep("0.97 f1", "1.2 f1"), Damping(100), processes=1)
 
 
 def test_table_has_every_point_of_every_branch(response):

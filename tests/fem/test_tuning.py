@@ -1,5 +1,7 @@
 """Load curves of scenes: gates up to their pull-in, snap-through, indentation."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,8 @@ def test_indentation_curve_is_a_table_a_file_and_a_picture(tmp_path, capsys):
     printed = capsys.readouterr().out
     curve = LoadCurve.load_file(tmp_path / "afm.h5")
     assert printed == curve.text() + "\n"
+    assert curve.label == ("f01",)
+    assert re.search(r"force \(nN\) +centre \(nm\) +largest \(nm\) +f01 \(MHz\)", printed)
     table = np.loadtxt(tmp_path / "afm.csv", delimiter=",", skiprows=1)
     assert table[:, 1] == pytest.approx(curve.centre, rel=1e-8)
     slope = np.diff(np.log(curve.load[1:])) / np.diff(np.log(curve.centre[1:]))

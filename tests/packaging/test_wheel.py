@@ -12,16 +12,21 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+from nanorom.report.viewer.pack import Pack
+from nanorom.report.viewer.page import Page
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 PARTS = ["nanorom", "meshes", "pyproject.toml", "README.md", "LICENSE"]
 
 PROBE = """
 import importlib.resources, json, nanorom
+from nanorom.report.viewer.page import Pack, Page
 root = importlib.resources.files("nanorom")
 print(json.dumps({
     "location": nanorom.__file__,
     "meshes": {f.name: f.read_text() for f in (root / "meshes").iterdir()},
     "typed": (root / "py.typed").is_file(),
+    "page": len(Page("title", "lead", Pack()).html()),
 }))
 """
 
@@ -63,6 +68,11 @@ def test_wheel_holds_every_geometry_file(wheel_environment: Path) -> None:
     assert found["location"].startswith(str(wheel_environment))
     assert found["typed"]
     assert found["meshes"] == geometry_files() != {}
+
+
+def test_wheel_holds_what_the_live_page_is_made_of(wheel_environment: Path) -> None:
+    found = probe(wheel_environment / "bin/python", wheel_environment)
+    assert found["page"] == len(Page("title", "lead", Pack()).html()) > 200_000
 
 
 def test_every_dependency_is_here_in_a_version_asked_for() -> None:

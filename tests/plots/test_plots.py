@@ -155,6 +155,42 @@ def test_legend_leaves_out_what_lies_outside_the_sweep(response):
     assert "Neimark-Sacker" not in [text.get_text() for text in legend.get_texts()]
 
 
+def test_marks_on_the_edge_of_the_range_are_whole_and_those_outside_are_left_out(response):
+    first, second = response.diagrams
+    first.special_points[0].omega = 2 * np.pi * 19e6  # where the axis begins
+    second.special_points[0].omega = 2 * np.pi * 18.9e6
+    axes = response_figure(response).axes[0]
+    drawn = marks(axes)
+    assert sorted(float(line.get_xdata()[0]) for line in drawn) == pytest.approx([19, 22, 22])
+    assert not any(line.get_clip_on() for line in drawn)
+
+
+def test_arrows_point_to_what_the_range_cuts(response):
+    cut = [
+        attrs.evolve(
+            diagram, branches=[attrs.evolve(b, omega=b.omega * 24 / b.frequency[49] * 1e6)]
+        )
+        for diagram in response.diagrams
+        for b in diagram.branches
+    ]  # the top is at 24 MHz, where the range ends
+    for diagram in cut:
+        (own,) = diagram.branches
+        diagram.branches[0] = attrs.evolve(
+            own, omega=own.omega[:50], amplitude=own.amplitude[:50], stable=own.stable[:50]
+        )
+        diagram.special_points.clear()
+    axes = response_figure(attrs.evolve(response, diagrams=tuple(cut))).axes[0]
+    arrows = marks(axes)
+    assert [line.get_marker() for line in arrows] == [5, 5]
+    tops = [d.branches[0].amplitude[-1] for d in cut]
+    assert [float(line.get_ydata()[0]) for line in arrows] == pytest.approx(
+        [1e9 * np.linalg.norm(top) for top in tops]
+    )
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "still rises where the range ends" in names
+    assert not marks(response_figure(response).axes[0])[4:]
+
+
 def test_panels_show_the_modes_that_take_part(response):
     axes = amplitude_panels(response).axes
     assert [panel.get_ylabel() for panel in axes] == ["f01\n(nm)", "f11c\n(nm)"]

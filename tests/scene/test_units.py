@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nanorom.errors import SceneError
-from nanorom.scene.units import to_si
+from nanorom.scene.units import tabulated, to_si, with_unit
 
 
 @pytest.mark.parametrize(
@@ -90,3 +90,41 @@ def test_no_text_does_anything_but_give_a_finite_number_or_a_scene_error(text):
         assert math.isfinite(to_si(text, "m", "section.key"))
     except SceneError as error:
         assert "\n" not in str(error)
+
+
+def in_si(text, name):
+    """A number of a table in SI, from the unit that the table names."""
+    power, _, unit = name.rpartition(" ") if name.startswith("1e") else ("1", "", name)
+    return float(text) * float(power) * to_si(f"1 {unit}", SI[unit.lstrip("afpnµmkMGT")], "unit")
+
+
+SI = {
+    "Hz": "Hz",
+    "": "m",
+    "g": "kg",
+    "N/m": "N/m",
+    "Pa": "Pa",
+    "V": "V",
+    "N": "N",
+    "N/m^2": "N/m^2",
+}
+
+
+@pytest.mark.parametrize("unit", ["Hz", "m", "N/m", "Pa", "V", "N", "N/m^2"])
+def test_tables_say_their_values_in_units_that_are_read_back(unit):
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        sizes = 10 ** rng.uniform(-18, 17) * 10 ** rng.uniform(-3, 0, size=5)
+        values = sizes * rng.choice([-1.0, 1.0], size=5)
+        cells, name = tabulated(values, unit, 7)
+        assert [in_si(cell, name) for cell in cells] == pytest.approx(values.tolist(), rel=1e-6)
+        if "^" not in unit and 1e-18 < abs(values).max() < 1e14:
+            assert 0.999 <= max(abs(float(cell)) for cell in cells) < 1000.1
+
+
+def test_masses_are_in_grams_and_what_is_no_number_is_a_dash():
+    assert tabulated([9.42242e-17, 8.84e-17], "kg", 3) == (["94.2", "88.4"], "fg")
+    assert with_unit(1e-3, "kg") == "1 g"
+    assert tabulated([np.nan, 0.0, 2e-9, np.inf], "m", 3) == (["-", "0", "2.00", "-"], "nm")
+    assert tabulated([180.0], "1") == (["180"], "1")
+    assert tabulated([1.697e15, 2e16], "N/m^3", 4) == (["1.697", "20.00"], "1e15 N/m^3")

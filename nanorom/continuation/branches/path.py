@@ -167,6 +167,8 @@ class Path:
 
     def passing(self, orbit: Orbit) -> tuple[Series, float] | None:
         """The step and the place in it at which the path passes through an orbit."""
+        if orbit.period_multiple != self.tracer.period_multiple:
+            return None
         for step in self.steps:
             for root in step.crossings(orbit.rate):
                 if same_orbit(self.tracer.orbit(step, root), orbit, NEARBY):

@@ -124,8 +124,16 @@ class Series:
 
     def crossings(self, rate: float) -> list[float]:
         """Where the branch passes a rate within the step."""
-        shifted = self.rates.copy()
-        shifted[: len(self.denominator)] -= rate * self.denominator
+        return self._passing(self.rates, rate)
+
+    def level_crossings(self, direction: Array, slope: float, value: float) -> list[float]:
+        """Where `direction` (n,) times the unknowns plus `slope` times the rate has a value."""
+        return self._passing(self.coefficients @ direction + slope * self.rates, value)
+
+    def _passing(self, terms: Array, value: float) -> list[float]:
+        """Where a quotient with these terms (order + 1,) above has a value."""
+        shifted = terms.copy()
+        shifted[: len(self.denominator)] -= value * self.denominator
         return _roots_between(shifted, self.start, self.length)
 
     def folds(self, low: float, high: float) -> list[float]:

@@ -6,17 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from nanorom.continuation.branches.raising import Rise
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.balance import HarmonicBalance
+from nanorom.continuation.orbits.harmonics import turned
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
+MIDDLE = 0.5  # of a step from a fold
 LEAST_RISE = 1e-3  # of the drive: the smallest part by which it is raised
 OUTWARD = 1.3  # factor between frequencies at which the response from rest is looked for
 FARTHEST = 6  # such factors away
 SAME_FREQUENCY = 1e-9  # of a frequency at which a step ends
+CLOSED = 1e-5  # of orbit and rate: series are less exact than orbits
 AWAY = 0.1  # of a first step, in which a branch cannot have closed
 
 
@@ -24,7 +28,8 @@ def first_orbit(tracer: Tracer, omega: float, outward: float = 0.0) -> Orbit:
     """The orbit at `omega` of the response from rest.
 
     It is reached by raising the drive, or, where that leads past a fold, along the branch from a
-    frequency farther off: above for outward > 0, below for outward < 0.
+    frequency farther off: above for outward > 0, below for outward < 0. If that fails, too, the
+    drive is raised round its folds.
 
     Raises
     ------
@@ -47,7 +52,10 @@ def first_orbit(tracer: Tracer, omega: float, outward: float = 0.0) -> Orbit:
             return _followed(tracer, _raised(tracer, far), omega)
         except ContinuationError:
             continue  # farther off it may be easier
-    raise failed
+    try:
+        return tracer.solve(Rise(tracer, omega).orbit(), fixed_rate)[0]
+    except ContinuationError:
+        raise failed from None
 
 
 def _raised(tracer: Tracer, omega: float) -> Orbit:
@@ -89,6 +97,23 @@ def fixed_rate(balance: HarmonicBalance) -> Array:
     return border
 
 
+def beside_fold(tracer: Tracer, orbit: Orbit, rates: tuple[float, float]) -> Orbit:
+    """An orbit a little away from a fold that another one is near, of the same branch.
+
+    At a fold the frequency cannot be kept in Newton's method, but the size of the orbit can.
+    Raises ContinuationError if there is no orbit near, or none beside it.
+    """
+
+    def fixed_size(balance: HarmonicBalance) -> Array:
+        packed = balance.basis.pack(balance.basis.compress(orbit.coefficients))
+        return np.append(packed / np.linalg.norm(packed), 0.0)
+
+    fold, _ = tracer.solve(orbit, fixed_size)
+    for series in tracer.follow(fold, fold.coefficients, rates):
+        return tracer.orbit(series, MIDDLE * series.length)
+    raise ContinuationError("no orbit beside the fold of another level")
+
+
 def _at_level(tracer: Tracer, level: float) -> Tracer:
     system = replace(
         tracer.system,
@@ -103,12 +128,48 @@ def follow_closed(
 ) -> list[Series]:
     """Steps of a branch until it leaves the range or comes back to where it started."""
     steps: list[Series] = []
+    section: Section | None = None
     for series in tracer.follow(orbit, direction, rates):
-        for root in series.crossings(orbit.rate):
-            away = steps or root > AWAY * series.length
-            if away and same_orbit(tracer.orbit(series, root), orbit):
-                series.length = root
-                tracer.ending = "closed"
-                return [*steps, series]
+        section = section or Section(tracer, series)
+        root = section.passed(series, 0.0 if steps else AWAY * series.length)
         steps.append(series)
+        if root is not None:
+            series.length = root
+            tracer.ending = "closed"
+            break
     return steps
+
+
+class Section:
+    """The hyperplane through the first orbit of a step, normal to the branch: where the branch
+    passes it close to the orbit (or to it some periods of the drive later), it has closed. (At a
+    fold it would not pass the frequency of the orbit.)
+    """
+
+    def __init__(self, tracer: Tracer, series: Series) -> None:
+        self.tracer, basis = tracer, series.balance.basis
+        self.orbit = tracer.orbit(series, 0.0)
+        tangent = series.tangent(0.0)
+        self.slope = float(tangent[-1])
+        self.normal = basis.expand(basis.unpack(tangent[:-1]), tracer.system.size)
+
+    def passed(self, series: Series, after: float) -> float | None:
+        """The place in a step, beyond another one, at which the branch is back."""
+        p, orbit = self.orbit.period_multiple, self.orbit
+        for shift in range(p):
+            angle = 2 * np.pi * shift / p
+            first = Orbit(turned(orbit.coefficients, angle), orbit.rate, p)
+            for root in self._crossings(series, first, turned(self.normal, angle)):
+                if root > after and self._is_near(self.tracer.orbit(series, root), first):
+                    return root
+        return None
+
+    def _crossings(self, series: Series, orbit: Orbit, normal: Array) -> list[float]:
+        basis = series.balance.basis
+        direction = basis.pack(basis.compress(normal))
+        place = float(direction @ basis.pack(basis.compress(orbit.coefficients)))
+        return series.level_crossings(direction, self.slope, place + self.slope * orbit.rate)
+
+    def _is_near(self, one: Orbit, two: Orbit) -> bool:
+        near = abs(one.rate - two.rate) < CLOSED * two.rate
+        return near and same_orbit(one, two, CLOSED)

@@ -29,8 +29,7 @@ PER_OCTAVE = 16  # lengths of steps
 SHORTER, SHORTENINGS = 0.7, 12  # factor on a step whose end is not good, how often at most
 REST = 1e-6  # size below which an orbit is at rest
 ROUND_OFF = 1e-16  # of the largest harmonic
-LEAST_OF_DRIVE = 20  # harmonics of the drive that orbits of a long period may have
-MOST_UNKNOWNS = 1000  # of orbits of a long period: beyond, shooting costs less
+MOST_UNKNOWNS = 1000  # of orbits of more than the usual harmonics: beyond, shooting costs less
 TINY = 1e-30  # of an orbit at rest
 UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
@@ -47,8 +46,8 @@ class Tracer:
         self.accuracy = Accuracy.of(system, support, settings)
         self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
         moving = int(support.table.any(axis=1).sum())
-        most = min(LEAST_OF_DRIVE * period_multiple, MOST_UNKNOWNS // max(2 * moving, 1))
-        most = min(max(most, HARMONIC_LADDER[-1]), settings.harmonics * period_multiple)
+        most = max(MOST_UNKNOWNS // max(2 * moving, 1), HARMONIC_LADDER[-1])
+        most = min(most, settings.harmonics * period_multiple)
         least = max(2, system.tones) * period_multiple
         self.ladder = [h for h in (*HARMONIC_LADDER, *LONG_LADDER) if least <= h <= most]
         if not self.ladder:
@@ -111,8 +110,7 @@ class Tracer:
         """Newton's method from an approximate orbit, with as many harmonics as it turns out to
         need.
         """
-        known = (len(orbit.coefficients) - 1) // 2
-        harmonics = next((h for h in self.ladder if h >= known), self.ladder[-1])
+        harmonics = self._first_harmonics(orbit)
         for _ in range(len(self.ladder)):
             balance = self.balance(harmonics)
             x = balance.basis.compress(orbit.coefficients)
@@ -135,8 +133,7 @@ class Tracer:
         `direction`: +-1 for rising or falling rate, or a direction (2H + 1, L) in which the orbit
         moves first.
         """
-        known = (len(orbit.coefficients) - 1) // 2
-        balance = self.balance(next(h for h in self.ladder if h >= known))
+        balance = self.balance(self._first_harmonics(orbit))
         x, border = (
             balance.basis.compress(orbit.coefficients),
             self._first_border(balance, direction),
@@ -205,6 +202,11 @@ class Tracer:
         series = Series.from_terms(balance, packed, rates, self.accuracy.series)
         series.length = self._length(series, rates)
         return series
+
+    def _first_harmonics(self, orbit: Orbit) -> int:
+        """How many an orbit is given with at first."""
+        known = (len(orbit.coefficients) - 1) // 2
+        return next((h for h in self.ladder if h >= known), self.ladder[-1])
 
     def _first_border(self, balance: HarmonicBalance, direction: Array | float) -> Array:
         border = np.zeros(balance.basis.size + 1)

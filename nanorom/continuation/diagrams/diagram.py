@@ -86,7 +86,8 @@ class Unexplored:
 
     kind: "branch" (one that was not started), "ending" (one that was not followed to its end),
     "start" (no orbit found), "window" (an end of the range at which there are several orbits),
-    "point" (a bifurcation that was not confirmed); omega: where, in the user's unit; why: a
+    "point" (a bifurcation that was not confirmed), "isola" (not all were looked for); omega: where,
+    in the unit of the user; why: a
     sentence.
     """
 

@@ -8,7 +8,12 @@ import numpy as np
 
 from nanorom.continuation.branches.path import TURNED
 from nanorom.continuation.branches.series import Series
-from nanorom.continuation.branches.start import first_orbit, fixed_rate, follow_closed
+from nanorom.continuation.branches.start import (
+    beside_fold,
+    first_orbit,
+    fixed_rate,
+    follow_closed,
+)
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
@@ -39,10 +44,11 @@ def explore(
     *,
     depth: int = 1,
     tolerance: float = 5e-10,
-    harmonics: int = 150,
+    harmonics: int = 650,
     steps: int = 2000,
     reach: float = 2.0,
     seeds: Sequence[PeriodicOrbit] = (),
+    folds: Sequence[PeriodicOrbit] = (),
     known: Diagram | None = None,
 ) -> Diagram:
     """All branches of periodic orbits that are connected to the response from rest, with their
@@ -68,6 +74,8 @@ def explore(
     seeds : sequence of PeriodicOrbit
         Orbits, say of another level's diagram, that may lie near a branch which is not connected to
         the others (an isola): where an orbit is found there, its branch is followed, too.
+    folds : sequence of PeriodicOrbit
+        As seeds, orbits near folds of such branches.
     known : Diagram
         The diagram of this level, if it was explored before: only what the seeds lead to is added.
 
@@ -86,7 +94,7 @@ def explore(
     )
     scaled = with_symmetries(system.scaled(direct, parametric))
     explorer = _Explorer(Record(scaled, (low, high), settings), (direct, parametric))
-    return explorer.run(seeds) if known is None else explorer.extend(known, seeds)
+    return explorer.run(seeds, folds) if known is None else explorer.extend(known, seeds, folds)
 
 
 class _Explorer:
@@ -96,19 +104,25 @@ class _Explorer:
         self.record, self.levels = record, levels
         self.scaled, self.settings = record.scaled, record.settings
 
-    def run(self, seeds: Sequence[PeriodicOrbit] = ()) -> Diagram:
+    def run(
+        self, seeds: Sequence[PeriodicOrbit] = (), folds: Sequence[PeriodicOrbit] = ()
+    ) -> Diagram:
         self._base()
         self._bifurcating()
-        return self._with_isolas(seeds)
+        return self._with_isolas(seeds, folds)
 
-    def extend(self, diagram: Diagram, seeds: Sequence[PeriodicOrbit]) -> Diagram:
+    def extend(
+        self, diagram: Diagram, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
+    ) -> Diagram:
         self.record.begin_with(diagram)
-        return self._with_isolas(seeds)
+        return self._with_isolas(seeds, folds)
 
-    def _with_isolas(self, seeds: Sequence[PeriodicOrbit]) -> Diagram:
+    def _with_isolas(
+        self, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
+    ) -> Diagram:
         # of short periods first: they may lead to the others
-        for seed in sorted(seeds, key=lambda seed: seed.period_multiple):
-            self._isolated(self.record.scaled_orbit(seed))
+        for seed in sorted([*folds, *seeds], key=lambda seed: seed.period_multiple):
+            self._isolated(self.record.scaled_orbit(seed), at_fold=seed in folds)
             self._bifurcating()
         return self.record.diagram(*self.levels)
 
@@ -167,7 +181,7 @@ class _Explorer:
             return tracer.orbit(steps[-1], steps[-1].length)
         return self.record.scaled_orbit(self.record.branches[-1].orbit(-1))
 
-    def _isolated(self, seed: Orbit, support: Support | None = None) -> None:
+    def _isolated(self, seed: Orbit, support: Support | None = None, at_fold: bool = False) -> None:
         """The branch near an orbit, say of another level, unless there is none or it is known."""
         p = seed.period_multiple
         low, high = self.record.range
@@ -178,15 +192,18 @@ class _Explorer:
         if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
             support = forced_support(self.scaled)
         tracer = Tracer(self.scaled, support, p, self.settings)
+        rates = self.record.rates(p, p > 1)
         try:
-            orbit, _ = tracer.solve(seed, fixed_rate)
+            if at_fold:
+                orbit = beside_fold(tracer, seed, rates)
+            else:
+                orbit, _ = tracer.solve(seed, fixed_rate)
         except ContinuationError as error:
             if not self.record.known:  # a level need not have what another one has
                 self.record.leave("start", seed.omega, f"from a seed: {error}")
             return
         if _is_shorter(orbit) or not self.record.is_new(orbit):
             return
-        rates = self.record.rates(p, p > 1)
         steps = follow_closed(tracer, orbit, 1.0, rates)
         if tracer.ending != "closed":  # from end to end
             steps = follow_closed(tracer, orbit, -1.0, rates) or steps

@@ -1,7 +1,8 @@
 """Isolas: branches of a level to which no other branch of it leads, reached from other levels.
 
-Where a neighbouring level has more orbits at a frequency than a level itself, they start Newton's
-method there: what lies on no branch known so far is on an isola, or leads to one.
+Where a neighbouring level has a piece that no branch leads to, and more orbits at a frequency than
+a level itself, they start Newton's method there: what lies on no branch known so far is on an
+isola, or leads to one. (Most are found by their folds, see `merging`.)
 """
 
 from __future__ import annotations
@@ -21,19 +22,25 @@ TINY = 1e-300  # size of a branch of rest
 
 
 def seeds_for(diagram: Diagram, others: Sequence[Diagram]) -> list[PeriodicOrbit]:
-    """Orbits of other levels at frequencies where those have more orbits than this one."""
+    """Orbits of pieces of other levels that no branch leads to, at frequencies where those levels
+    have more orbits than this one.
+    """
     seeds: list[PeriodicOrbit] = []
     for other in others:
         wanted: dict[tuple[int, int], PeriodicOrbit] = {}
         for multiple in sorted({branch.period_multiple for branch in other.branches}):
             theirs = [i for i, b in enumerate(other.branches) if b.period_multiple == multiple]
+            alone = [i for i in theirs if i > 0 and other.branches[i].parent is None]
+            if not alone:
+                continue
             ours = [b for b in diagram.branches if b.period_multiple == multiple]
             ends = np.concatenate([other.branches[i].omega for i in theirs])
             grid = np.linspace(ends.min(), ends.max(), FREQUENCIES + 2)[1:-1]
             known = sum((_crossings(branch, grid).sum(axis=0) for branch in ours), np.zeros(1))
             found = [_crossings(other.branches[i], grid) for i in theirs]
             more = sum(crossed.sum(axis=0) for crossed in found) > known
-            for i, crossed in zip(theirs, found):
+            for i in alone:
+                crossed = found[theirs.index(i)]
                 for k in np.flatnonzero((crossed & more).any(axis=1)):
                     wanted[i, int(k)] = other.branches[i].orbit(int(k))
         chosen = np.linspace(0, len(wanted) - 1, min(MOST_SEEDS, len(wanted))).astype(int)

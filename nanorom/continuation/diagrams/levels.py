@@ -13,9 +13,10 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
-from nanorom.continuation.diagrams.diagram import Diagram
+from nanorom.continuation.diagrams.diagram import Diagram, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.isolas import seeds_for
+from nanorom.continuation.diagrams.merging import MOST_CURVES, missing_folds
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import ContinuationError
 
@@ -80,28 +81,51 @@ def add_isolas(
     processes: int | None = None,
     **options: Any,
 ) -> list[Diagram]:
-    """The diagrams of neighbouring levels with the isolas to which each other's orbits lead.
+    """The diagrams with the isolas to which curves of their folds, and orbits of neighbouring
+    levels, lead.
 
+    omega : the range (low, high) in rad per unit of time of the system
     diagrams : those of `explore_levels`, in the order of the levels; the other parameters are those
         they were made with. A level that gained a branch serves its neighbours in turn.
     Raises ContinuationError as `explore_levels`.
     """
     found = list(diagrams)
+    folds, complete = missing_folds(system, omega, found)
+    if not complete:
+        for diagram in found:
+            _tell(diagram, omega[0])
+    jobs: Jobs = {i: _job(found[i], folds=orbits) for i, orbits in folds.items()}
+    changed = _gained(found, _each(system, omega, jobs, processes, options))
     changed = set(range(len(found)))
     while changed:
-        jobs: Jobs = {}
+        jobs = {}
         for i, diagram in enumerate(found):
             others = [found[j] for j in (i - 1, i + 1) if j in changed and 0 <= j < len(found)]
             seeds = seeds_for(diagram, others)
             if seeds:
-                level = (diagram.direct, diagram.parametric)
-                jobs[i] = level, {"known": diagram, "seeds": seeds}
-        changed = set()
-        for i, diagram in _each(system, omega, jobs, processes, options):
-            if len(diagram.branches) > len(found[i].branches):
-                found[i] = diagram
-                changed.add(i)
+                jobs[i] = _job(diagram, seeds=seeds)
+        changed = _gained(found, _each(system, omega, jobs, processes, options))
     return found
+
+
+def _job(diagram: Diagram, **options: Any) -> tuple[Level, dict[str, Any]]:
+    """More of a level that was explored before."""
+    return (diagram.direct, diagram.parametric), {"known": diagram, **options}
+
+
+def _tell(diagram: Diagram, omega: float) -> None:
+    """Note that isolas were not looked for along all curves of folds."""
+    why = f"isolas are looked for along {MOST_CURVES} curves of folds; there are more"
+    if not any(left.kind == "isola" for left in diagram.unexplored):
+        diagram.unexplored.append(Unexplored("isola", omega, why))
+
+
+def _gained(found: list[Diagram], extended: Iterator[tuple[int, Diagram]]) -> set[int]:
+    """Numbers of the levels that gained a branch; their diagrams are exchanged."""
+    more = {i: diagram for i, diagram in extended if len(diagram.branches) > len(found[i].branches)}
+    for i, diagram in more.items():
+        found[i] = diagram
+    return set(more)
 
 
 def _checked(levels: Sequence[Level]) -> list[Level]:

@@ -34,6 +34,7 @@ from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
 TRUNCATION = 1e-11  # of multipliers that only tell where points are; confirmation has finer ones
+IDENTIFYING = 3  # points of a branch that tell it from others
 LAST_PART = 0.9  # of the last step, where shooting takes the direction from
 UNFINISHED = {  # endings of branches that go on
     "lost": "the branch goes on, but could not be followed",
@@ -106,12 +107,17 @@ class Record:
         )
 
     def is_known(self, tracer: Tracer, steps: list[Series]) -> bool:
-        """Whether steps pass through the middle of a branch followed before."""
+        """Whether steps are those of a branch followed before: one passes through most of three
+        points of the other, for at one of them another branch may pass closely, or be at a fold.
+        """
         path = Path(tracer, self.floquet, steps)
-        return any(
-            path.contains(self.scaled_orbit(branch.orbit(len(branch) // 2)))
-            for branch in self.known
-        )
+
+        def passes(branch: Branch) -> bool:
+            inner = (len(branch) * part // (IDENTIFYING + 1) for part in range(1, IDENTIFYING + 1))
+            orbits = [self.scaled_orbit(branch.orbit(i)) for i in inner]
+            return sum(path.passing(orbit) is not None for orbit in orbits) > IDENTIFYING // 2
+
+        return any(passes(branch) for branch in (*self.known, *self.branches))
 
     def given(self, orbit: Orbit) -> PeriodicOrbit:
         """An orbit in the units of the model."""

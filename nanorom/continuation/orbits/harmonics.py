@@ -18,7 +18,7 @@ from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 Index = NDArray[np.int64]
-LONG_LADDER = (180, 216, 260, 312, 375, 450, 540, 650)  # for long periods of few modes
+LONG_LADDER = (180, 216, 260, 312, 375, 450, 540, 650)  # for few modes
 HARMONIC_LADDER = (3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 36, 43, 51, 61, 73, 87, 104, 125, 150)
 
 

@@ -10,11 +10,13 @@ systems).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.bifurcations import FOLD, TORUS, Kind
-from nanorom.continuation.orbits.harmonics import Support, basis_for, full_support
+from nanorom.continuation.orbits.harmonics import Basis, Support, basis_for, full_support
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
@@ -24,7 +26,8 @@ class CriticalBalance:
     """The balance and g = 0 for the unknowns z = (x, rate, level), for NS also the second frequency
     in units of the rate, on one number of harmonics.
 
-    The system is origin + level * change: every array may depend on the parameter.
+    The system is origin + level * change: every array may depend on the parameter, and all terms
+    are linear in the arrays, so both are set up once.
     """
 
     def __init__(
@@ -36,7 +39,7 @@ class CriticalBalance:
         multiple: int,
         harmonics: int,
     ) -> None:
-        self.origin, self.change, self.kind = origin, change, kind
+        self.size, self.kind = origin.size, kind
         self.basis = basis_for(support, harmonics, multiple)
         self.border: tuple[Array, Array] | None = None
         factor = self.factor = max(kind.period_factor, 1)
@@ -53,6 +56,9 @@ class CriticalBalance:
                     f"parameter: with it the orbits have no symmetry that a {kind.code} could break"
                 )
         self.to_wide = self._embedding()
+        self.balances = _both(origin, change, self.basis)
+        same = self.wide is self.basis
+        self.operators = self.balances if same else _both(origin, change, self.wide)
 
     def _embedding(self) -> Numbers:
         """Positions in the flattened wide grid of the orbit's unknowns."""
@@ -60,7 +66,7 @@ class CriticalBalance:
             return np.arange(self.basis.size)
         rows = np.where(self.basis.rows == 0, 0, (self.basis.rows - 1) % 2 + 1)
         rows = np.where(self.basis.rows == 0, 0, 2 * self.factor * self.basis.number - 2 + rows)
-        grid = rows[:, None] * self.origin.size + self.basis.modes[None, :]
+        grid = rows[:, None] * self.size + self.basis.modes[None, :]
         flat = grid.ravel()
         return flat if self.basis.unknowns is None else flat[self.basis.unknowns]
 
@@ -69,58 +75,77 @@ class CriticalBalance:
         basis, n = self.basis, self.basis.size
         rate, level = float(z[n]), float(z[n + 1])
         x = basis.unpack(z[:n])
-        orbit = HarmonicBalance(self.origin.plus(self.change, level), basis)
-        by_level = HarmonicBalance(self.change, basis, inertia=False)
+        residual, by_level = (basis.pack(b.residual(x, rate)) for b in self.balances)
         jacobian = np.zeros((len(z) - 1, len(z)))
-        jacobian[:n, :n] = orbit.jacobian_t(x, rate).T
-        jacobian[:n, n] = basis.pack(orbit.rate_derivative(x, rate))
-        jacobian[:n, n + 1] = basis.pack(by_level.residual(x, rate))
-        value, gradient = self._criticality(z)
+        matrices = [balance.jacobian_t(x, rate).T for balance in self.balances]
+        for weight, balance, matrix in zip((1.0, level), self.balances, matrices):
+            jacobian[:n, :n] += weight * matrix
+            jacobian[:n, n] += weight * basis.pack(balance.rate_derivative(x, rate))
+        jacobian[:n, n + 1] = by_level
+        value, gradient = self._criticality(z, matrices)
         jacobian[n:] = gradient
-        return np.concatenate([basis.pack(orbit.residual(x, rate)), value]), jacobian
+        return np.concatenate([residual + level * by_level, value]), jacobian
 
-    def _criticality(self, z: Array) -> tuple[Array, Array]:
-        """g (real and imaginary part for NS) and its gradient."""
+    def _criticality(self, z: Array, matrices: Sequence[Array]) -> tuple[Array, Array]:
+        """g (real and imaginary part for NS) and its gradient; matrices: Jacobians of balances."""
         n, wide = self.basis.size, self.wide
         rate, level = float(z[n]) / self.factor, float(z[n + 1])
         shift = float(z[n + 2]) if self.kind is TORUS else 0.0
-        flat = np.zeros(wide.shape[0] * wide.shape[1])
-        if wide is self.basis:
-            x = wide.unpack(z[:n])
-        else:
-            flat[self.to_wide] = z[:n]
-            x = flat.reshape(wide.shape)
-        operator = HarmonicBalance(self.origin.plus(self.change, level), wide)
-        by_level = HarmonicBalance(self.change, wide, inertia=False)
-        v, w, g = self._null_vectors(self._matrix(operator, x, rate, shift))
+        x = self._widened(z[:n])
+        if self.kind is not FOLD:
+            matrices = [self._matrix(b, x, rate, shift) for b in self.operators]
+        matrix, by_level = matrices
+        v, w, g = self._null_vectors(matrix + level * by_level)
         left, right = self._spread(w), self._spread(v)
         gradient = np.zeros(len(z), dtype=complex)
-        grid = self._second_derivative(operator, x, left, right)
-        if operator.has_loss:
-            grid = grid + self._loss_derivative(operator, x, rate, shift, left, right)
-        packed = wide.pack(grid) if wide is self.basis else grid.ravel()[self.to_wide]
-        gradient[:n] = -packed
+        gradient[n + 1] = -(w @ by_level @ v)
+        for weight, operator in zip((1.0, level), self.operators):
+            grid = self._second_derivative(operator, x, left, right)
+            if operator.has_loss:
+                grid = grid + self._loss_derivative(operator, x, rate, shift, left, right)
+            packed = wide.pack(grid) if wide is self.basis else grid.ravel()[self.to_wide]
+            gradient[:n] -= weight * packed
+            by_rate, by_shift = self._slopes(operator, x, rate, shift, left, right)
+            gradient[n] -= weight * by_rate / self.factor
+            if self.kind is TORUS:
+                gradient[n + 2] -= weight * by_shift
+        if self.kind is not TORUS:
+            return np.array([g.real]), gradient.real[None]
+        return np.array([g.real, g.imag]), np.stack([gradient.real, gradient.imag])
+
+    def _widened(self, unknowns: Array) -> Array:
+        """Coefficients of the orbit on the grid of the operator."""
+        if self.wide is self.basis:
+            return self.wide.unpack(unknowns)
+        flat = np.zeros(self.wide.shape[0] * self.wide.shape[1])
+        flat[self.to_wide] = unknowns
+        return flat.reshape(self.wide.shape)
+
+    def _slopes(
+        self,
+        operator: HarmonicBalance,
+        x: Array,
+        rate: float,
+        shift: float,
+        left: Array,
+        right: Array,
+    ) -> tuple[complex, complex]:
+        """w' (d operator / drate) v and w' (d operator / dshift) v."""
         second, first = operator.second_weight * right, operator.derivative(right)
         # the rate multiplies d/dtheta, which for NS is d/dtheta + i shift
         turned = first + 1j * shift * right
-        slope = 2 * rate * (second + 2j * shift * first - shift**2 * right)
-        slope = slope + turned @ operator.damping_t
-        gradient[n] = -(left * slope).sum() / self.factor
+        inertia = operator.inertia
+        slope = 2 * rate * (second + inertia * (2j * shift * first - shift**2 * right))
+        by_rate = complex((left * (slope + turned @ operator.damping_t)).sum())
+        change = inertia * rate**2 * (2j * first - 2 * shift * right)
+        by_shift = complex((left * (change + 1j * rate * (right @ operator.damping_t))).sum())
         if operator.has_loss:
-            gradient[n] -= self._loss_term(operator, x, left, right, turned) / self.factor
-        gradient[n + 1] = -(w @ self._matrix(by_level, x, rate, shift) @ v)
-        if self.kind is not TORUS:
-            return np.array([g.real]), gradient.real[None]
-        by_shift = rate**2 * (2j * first - 2 * shift * right)
-        by_shift = by_shift + 1j * rate * (right @ operator.damping_t)
-        gradient[n + 2] = -(left * by_shift).sum()
-        if operator.has_loss:
-            by_loss = self._loss_term(operator, x, left, 0 * right, right)
-            gradient[n + 2] -= 1j * rate * by_loss
-        return np.array([g.real, g.imag]), np.stack([gradient.real, gradient.imag])
+            by_rate += self._loss_term(operator, x, left, right, turned)
+            by_shift += 1j * rate * self._loss_term(operator, x, left, 0 * right, right)
+        return by_rate, by_shift
 
     def _matrix(self, operator: HarmonicBalance, x: Array, rate: float, shift: float) -> Array:
-        """The operator that is to be singular."""
+        """The operator that is to be singular, or what the parameter adds to it."""
         matrix = operator.jacobian_t(x, rate).T
         if self.wide.unknowns is None:
             matrix = matrix[np.ix_(self.chosen, self.chosen)]
@@ -219,7 +244,7 @@ class CriticalBalance:
         turn[np.arange(rows), basis.derivative_row] = basis.derivative_weight[:, 0]
         inertia = np.diag(operator.inertia)
         added = np.zeros((rows * size,) * 2, dtype=complex)
-        if operator.second_weight.any():
+        if operator.inertia.any():
             added += 2j * shift * rate**2 * np.kron(turn, inertia)
             added -= (shift * rate) ** 2 * np.kron(np.eye(rows), inertia)
         added += 1j * shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
@@ -227,3 +252,10 @@ class CriticalBalance:
             return added
         friction = operator.friction(x).transpose(1, 3, 0, 2).reshape(rows * size, rows * size)
         return added + 1j * shift * rate * friction
+
+
+def _both(
+    origin: ScaledSystem, change: ScaledSystem, basis: Basis
+) -> tuple[HarmonicBalance, HarmonicBalance]:
+    """The balance of the system at level 0, and what the parameter adds to it per level."""
+    return HarmonicBalance(origin, basis), HarmonicBalance(change, basis, inertia=False)

@@ -33,6 +33,7 @@ STRETCHED = 1.0  # from the same to the error of frequencies that it stiffens
 SLOWEST = 0.6  # ratio of tails of the strongest singularity, a crack's is 0.5; beyond is noise
 RELAXED = 1.5  # from the bound on what an error of relaxed pre-stress does to its estimate
 DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
+INEXACT = 1e-13  # of the energy that a polynomial has where all directions count: how it is known
 CHUNK = 256  # cells at a time
 
 
@@ -217,15 +218,20 @@ def _orthonormal(
 
     slopes: (c, 2, 2) and curvatures: (c, 3, 3) weigh the products of first and second derivatives
     in the reference cell.  Of Cholesky's factor: sorted by degree, each of the polynomials is
-    orthogonal to all before it.
+    orthogonal to all before it.  Where one direction alone counts, in a sliver or under tension
+    along it, rounding of the others is added lest the matrix be indefinite.
     """
     known = _Polynomials.of(degree)
     n = len(known.coefficients)
-    energy = slopes.reshape(-1, 4) @ known.slopes.reshape(4, -1)
-    if curvatures is not None:
-        energy += curvatures.reshape(-1, 9) @ known.curvatures.reshape(9, -1)
+    energy, inexact = np.zeros((len(slopes), n * n)), np.zeros((len(slopes), n))
+    for weights, products in ((slopes, known.slopes), (curvatures, known.curvatures)):
+        if weights is not None:
+            energy += weights.reshape(len(weights), -1) @ products.reshape(-1, n * n)
+            largest = np.abs(weights).max(axis=(1, 2))
+            inexact += INEXACT * largest[:, None] * np.einsum("aann->n", products)
     energy = energy.reshape(-1, n, n)
-    square = np.diagonal(energy, axis1=1, axis2=2)
+    square = np.einsum("cnn->cn", energy)  # a view
+    square += inexact
     # rigid motions have none
     size = np.sqrt(np.maximum(square, DEPENDENT * square.max(axis=1, keepdims=True)))
     scaled = energy / (size[:, :, None] * size[:, None, :]) + DEPENDENT * np.eye(n)

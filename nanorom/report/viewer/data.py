@@ -59,7 +59,9 @@ def add_response(pack: Pack, response: Response) -> None:
 
 def add_load_curve(pack: Pack, curve: LoadCurve) -> None:
     """All of it."""
-    schema.give(curve, pack.sub("tuning"))
+    own = pack.sub("tuning")
+    schema.give(curve, own)
+    own.value("names", curve.names)
 
 
 def add_verified(pack: Pack, verified: Verified) -> None:

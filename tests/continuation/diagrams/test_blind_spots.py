@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nanorom.continuation import ModalSystem, explore, sweep
+from nanorom.continuation import Diagram, ModalSystem, explore, explore_levels, sweep
 from nanorom.errors import ContinuationError
 
 SAME = 1e-8
@@ -138,3 +138,68 @@ def test_a_range_inside_a_bistable_region_shows_every_state_at_its_ends(omega) -
         assert len(found) == len(expected)
         np.testing.assert_allclose(found, expected, rtol=ONE_HARMONIC)
         assert (round(edge, 6) in told) == (len(expected) > 1)
+
+
+def tuned_absorber() -> ModalSystem:
+    """A Duffing oscillator with a nonlinear absorber of a twentieth of its mass."""
+    between = np.array([1.0, -1.0])
+    cubic = 0.0042 * np.einsum("i,j,k,l->ijkl", *[between] * 4)
+    cubic[0, 0, 0, 0] += 1.0
+    spring = np.outer(between, between)
+    return ModalSystem(
+        mass=[1.0, 0.05],
+        damping=np.diag([0.002, 0.0]) + 0.0128 * spring,
+        stiffness=np.diag([1.0, 0.0]) + 0.0454 * spring,
+        cubic=cubic,
+        direct=[1.0, 0.0],
+    )
+
+
+def check_isola(diagram: Diagram) -> None:
+    """The second branch is closed, apart from the first, and made of orbits of the equations."""
+    system, (main, isola) = tuned_absorber(), diagram.branches
+    assert isola.ending == "closed" and main.ending == "range"
+    folds = [point.omega for point in diagram.points("LP", branch=1)]
+    np.testing.assert_allclose(sorted(folds), [isola.omega.min(), isola.omega.max()], rtol=1e-3)
+    for index in range(0, len(isola), len(isola) // 5):
+        orbit = isola.orbit(index)
+        crossed = np.interp(orbit.omega, main.omega[-20:], main.amplitude[-20:, 0])
+        assert np.abs(orbit(np.linspace(0, orbit.period, 100))[:, 0]).max() > 2 * crossed
+
+        def right_side(t, y, omega=orbit.omega):
+            q, v = y[:2], y[2:]
+            force = system.stiffness @ q + system.cubic @ q @ q @ q + system.damping @ v
+            drive = diagram.direct * np.cos(omega * t) * system.direct
+            return np.concatenate([v, (drive - force) / np.diag(system.mass)])
+
+        assert closes(orbit, right_side) < CLOSES
+
+
+@pytest.mark.parametrize("levels", [(0.18, 0.185, 0.19), (0.17, 0.185)])
+def test_an_isola_is_found_once_whether_or_not_a_level_has_it_connected(levels) -> None:
+    """It merges with the branch from rest at 0.18562."""
+    drives = [(level, 0.0) for level in levels]
+    diagrams = explore_levels(tuned_absorber(), (0.6, 3.5), drives, processes=1)
+    assert [len(diagram.branches) for diagram in diagrams] == [1 + (f < 0.1856) for f in levels]
+    check_isola(diagrams[0])
+    assert len(diagrams[-1].points("LP")) == (6 if levels[-1] < 0.1856 else 4)
+
+
+@pytest.mark.parametrize("force", [500.0, 700.0])
+def test_a_drive_that_is_hundreds_of_times_the_stiffness_is_followed_over_the_range(force) -> None:
+    """Between its resonances of higher order no drive is raised to its level without a fold."""
+    damping, omega = 0.05, (1.0, 3.0)
+    system = ModalSystem(damping=[damping], stiffness=[1.0], cubic=[[[[1.0]]]], direct=[1.0])
+    diagram = explore(system, omega, force, depth=0)
+    assert not [left for left in diagram.unexplored if left.kind != "window"]
+    base = diagram.branches[0]
+    assert base.omega[0] == pytest.approx(omega[0], rel=1e-3)
+    assert base.omega[-1] == pytest.approx(omega[1], rel=1e-3)
+    for index in np.flatnonzero(base.stable)[:: base.stable.sum() // 4]:
+        orbit = base.orbit(int(index))
+
+        def right_side(t, y, omega=orbit.omega):
+            return [y[1], force * np.cos(omega * t) - damping * y[1] - y[0] - y[0] ** 3]
+
+        speed = base.amplitude.max() ** 2  # of a motion that the cubic force alone turns back
+        assert closes(orbit, right_side) < CLOSES * speed

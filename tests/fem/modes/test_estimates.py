@@ -5,7 +5,7 @@ import pytest
 
 from nanorom.bench import accuracy
 from nanorom.exact import cases
-from nanorom.fem.modes.accuracy import extrapolated
+from nanorom.fem.modes.accuracy import _orthonormal, _Polynomials, extrapolated
 from nanorom.fem.plan import Plan
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.scene import Modes
@@ -22,6 +22,7 @@ CASES = {
     "corners": lambda: (cases.square(4), 1e-5),
 }
 ROUNDING = 1e-12  # of frequencies
+TAKEN_APART = 1e-9  # of the energies of polynomials of a cell
 FINE = 1e-10  # tolerance of the mesh that a clamped rectangle is held against
 
 
@@ -96,3 +97,18 @@ def test_split_pairs_are_told_to_the_tolerance_and_their_mean_as_an_error(split,
     error = np.abs(model.frequency / np.sort(case.frequency()) - 1).max()
     assert error <= tolerance
     assert error < 3 * model.diagnostics["error_frequency"] + ROUNDING
+
+
+@pytest.mark.parametrize("degree", [3, 8])
+def test_energies_are_taken_apart_where_tension_is_along_one_direction_of_a_turned_cell(degree):
+    """A polynomial that changes across the tension alone has no energy, or less by rounding."""
+    angles = np.linspace(0.0, np.pi, 200)
+    along = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    slopes = np.einsum("ca,cb->cab", along, along) * np.logspace(-6, 6, len(angles))[:, None, None]
+    factor = _orthonormal(degree, slopes)
+    energy = np.einsum("cin,cim->cnm", factor, factor)
+    known = _Polynomials.of(degree)
+    nodal = known.coefficients.T @ np.einsum("cab,abnm->cnm", slopes, known.slopes)
+    exact = nodal @ known.coefficients
+    scale = np.abs(exact).max(axis=(1, 2), keepdims=True)
+    assert (np.abs(energy - exact) < TAKEN_APART * scale).all()

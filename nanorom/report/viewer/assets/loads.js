@@ -19,8 +19,7 @@ export class LoadView {
     const [states, modes] = store.shape("tuning/frequency");
     const flat = get("frequency");
     this.frequency = Array.from({ length: modes }, (_, r) => Array.from({ length: states }, (_, i) => flat[i * modes + r]));
-    this.label = store.has("tuning/label") ? get("label") : [];
-    if (this.label.length !== modes) this.label = this.frequency.map((_, r) => `mode ${r + 1}`);
+    this.label = get("names");
     this.limits = get("limits");
     this.note = h("p", { className: "reading", ariaLive: "polite" }, "Point at a state to read it.");
     place.append(h("div", { className: "controls" }, h("button", { type: "button", onclick: () => save(this.csv(store), "tuning.csv") }, "table as CSV")));
@@ -80,7 +79,7 @@ export class LoadView {
 
   csv(store) {
     const columns = { [`${this.quantity} (${this.unit})`]: this.load, "centre (m)": store.get("tuning/centre"), "largest (m)": store.get("tuning/largest") };
-    this.frequency.forEach((column, r) => { columns[`f${r + 1} (Hz)`] = column; });
+    this.frequency.forEach((column, r) => { columns[`${this.label[r]} (Hz)`] = column; });
     return columnsCsv(columns);
   }
 }
