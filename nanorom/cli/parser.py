@@ -112,7 +112,8 @@ def _export(parser: argparse.ArgumentParser) -> None:
         "--to",
         required=True,
         metavar="FORMAT",
-        help="auto, coco, matlab, csv, poscidyn, verilog-a, vtk; of a response: csv, matlab, vtk",
+        help="auto, coco, matlab, csv, poscidyn, verilog-a, fmu, vtk; "
+        "of a response: csv, matlab, vtk",
     )
     parser.add_argument(
         "-o",

@@ -6,7 +6,11 @@ Periodic orbits and tori, stability and bifurcations.
 from nanorom.continuation.branches.states import State, states
 from nanorom.continuation.comb import Comb, comb, record
 from nanorom.continuation.curves.backbone import Backbone, backbone
+from nanorom.continuation.curves.conditioned import OrbitCurve
+from nanorom.continuation.curves.limit_cycles import limit_cycles
 from nanorom.continuation.curves.locus import Locus, locus
+from nanorom.continuation.curves.phase_resonance import phase_resonance
+from nanorom.continuation.curves.rest import RestPoint, RestStates, rest_states
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
@@ -14,6 +18,9 @@ from nanorom.continuation.drive import Drive
 from nanorom.continuation.first_order import FirstOrder
 from nanorom.continuation.noise import LinearResponse
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
+from nanorom.continuation.ramp import Ramp, ramp
+from nanorom.continuation.readout import Readout, readout
+from nanorom.continuation.ringdown import RingDown, ring_down
 from nanorom.continuation.sweep import Sweep, sweep
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.tori.follow import follow_torus
@@ -31,9 +38,15 @@ __all__ = [
     "LinearResponse",
     "Locus",
     "ModalSystem",
+    "OrbitCurve",
     "PeriodicOrbit",
     "QuasiPeriodic",
+    "Ramp",
+    "Readout",
     "ResonanceTongue",
+    "RestPoint",
+    "RestStates",
+    "RingDown",
     "SpecialPoint",
     "State",
     "Sweep",
@@ -49,8 +62,14 @@ __all__ = [
     "explore_each",
     "explore_levels",
     "follow_torus",
+    "limit_cycles",
     "locus",
+    "phase_resonance",
+    "ramp",
+    "readout",
     "record",
+    "rest_states",
+    "ring_down",
     "states",
     "sweep",
     "two_tones",

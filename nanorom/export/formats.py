@@ -12,6 +12,7 @@ from nanorom.continuation.system import ModalSystem
 from nanorom.export import response as responses
 from nanorom.export.auto import write_auto
 from nanorom.export.coco import write_coco
+from nanorom.export.fmu import write_fmu
 from nanorom.export.poscidyn import write_poscidyn
 from nanorom.export.tables import write_csv, write_matlab
 from nanorom.export.verilog_a import write_verilog_a
@@ -46,5 +47,6 @@ FORMATS = {
     "poscidyn": Format(".npz", write_poscidyn, damped=True),
     "coco": Format(".coco", write_coco, damped=True),
     "verilog-a": Format(".va", write_verilog_a, damped=True),
+    "fmu": Format(".fmu", write_fmu, damped=True),
     "vtk": Format(".vtkhdf", model=write_vtk, motion=write_motion),
 }

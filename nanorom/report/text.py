@@ -65,9 +65,9 @@ def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
     return facts
 
 
-def counted(count: int, name: str) -> str:
+def counted(count: int, name: str, several: str = "") -> str:
     """A number of things, "1 mode" and "2 modes"."""
-    return f"{count} {name}{'' if count == 1 else 's'}"
+    return f"{count} {name}" if count == 1 else f"{count} {several or name + 's'}"
 
 
 def asymmetry_text(model: ReducedModel) -> float:
@@ -116,7 +116,8 @@ def level_facts(response: Response) -> list[tuple[str, str]]:
     levels = []
     for n, (drive, diagram) in enumerate(zip(response.drive.levels, response.diagrams), 1):
         direct, parametric = map(with_unit, drive, response.drive.units)
-        found = f"{len(diagram.branches)} branches, {len(diagram.special_points)} special points"
+        found = f"{counted(len(diagram.branches), 'branch', 'branches')}, "
+        found += counted(len(diagram.special_points), "special point")
         if diagram.unexplored:
             found += f", {len(diagram.unexplored)} not explored"
         levels.append((f"level {n}", f"{direct} direct, {parametric} parametric: {found}"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import attrs
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,8 @@ from nanorom.files import schema
 from nanorom.files.layout import documented, shown
 from nanorom.rom.arrays import as_array, as_integers
 from nanorom.types import Array
+
+OUTSIDE = 0.05  # of a triangle: a curved edge is a chord of the film's
 
 
 @documented
@@ -41,3 +45,27 @@ class Shapes:
         n_points = len(self.points)
         if self.cells.size and not 0 <= self.cells.min() <= self.cells.max() < n_points:
             raise ModelError(f"shapes/cells: point numbers outside 0 ... {n_points - 1}")
+
+    def at(self, position: Sequence[float]) -> Array:
+        """Values (L,) of the mode shapes at a point (x, y) of the film in m, linear on triangles.
+
+        Raises ModelError for a point outside the film.
+        """
+        place = np.asarray(position, dtype=float)
+        if place.shape != (2,) or not np.all(np.isfinite(place)):
+            raise ModelError(f"position: found {position!r}; allowed x and y in m")
+        corners = self.points[self.cells][:, :, :2]
+        edges = corners[:, 1:] - corners[:, :1]
+        area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+        gap = place - corners[:, 0]
+        second = (gap[:, 0] * edges[:, 1, 1] - gap[:, 1] * edges[:, 1, 0]) / area
+        third = (edges[:, 0, 0] * gap[:, 1] - edges[:, 0, 1] * gap[:, 0]) / area
+        weights = np.stack([1 - second - third, second, third], axis=1)
+        cell = int(weights.min(axis=1).argmax())
+        if weights[cell].min() < -OUTSIDE:
+            raise ModelError(
+                f"position: ({place[0]:g}, {place[1]:g}) m is outside the film, x "
+                f"{self.points[:, 0].min():g} to {self.points[:, 0].max():g} m, y "
+                f"{self.points[:, 1].min():g} to {self.points[:, 1].max():g} m"
+            )
+        return np.asarray(self.values[:, self.cells[cell]] @ weights[cell])

@@ -50,6 +50,19 @@ def test_laser_drives_what_pressure_does_not(make, tmp_path):
     assert abs(spot) > 1e-13 > abs(pressure)
 
 
+def test_how_to_pages_of_the_second_half_print_what_they_say(make, tmp_path):
+    drives = make.executed(DOCS / "howto/drives.md", tmp_path)
+    gains = [float(gain) for gain in re.findall(r"^phase .*gain ([\d.]+)$", drives, re.M)]
+    assert gains == pytest.approx([1 / 0.1, 1 / 1.9], abs=1e-3)
+    heat = make.executed(DOCS / "howto/heat.md", tmp_path)
+    assert "HB at power 0.20840" in heat and "stable True" in heat
+    instruments = make.executed(DOCS / "howto/instruments.md", tmp_path)
+    up, down = (float(w) for w in re.findall(r"^largest at omega ([\d.]+)$", instruments, re.M))
+    assert up > down + 0.1
+    quality = float(re.search(r"^quality factor ([\d.]+)$", instruments, re.M)[1])
+    assert quality == pytest.approx(50, rel=0.1)
+
+
 def test_command_line_page_has_every_command(make):
     page = make.command_line()
     for name in ("reduce", "respond", "identify", "export"):

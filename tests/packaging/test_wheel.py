@@ -26,6 +26,7 @@ print(json.dumps({
     "location": nanorom.__file__,
     "meshes": {f.name: f.read_text() for f in (root / "meshes").iterdir()},
     "typed": (root / "py.typed").is_file(),
+    "fmu": (root / "export/fmu/modal.c").is_file(),
     "page": len(Page("title", "lead", Pack()).html()),
 }))
 """
@@ -70,8 +71,9 @@ def test_wheel_holds_every_geometry_file(wheel_environment: Path) -> None:
     assert found["meshes"] == geometry_files() != {}
 
 
-def test_wheel_holds_what_the_live_page_is_made_of(wheel_environment: Path) -> None:
+def test_wheel_holds_what_pages_and_units_are_made_of(wheel_environment: Path) -> None:
     found = probe(wheel_environment / "bin/python", wheel_environment)
+    assert found["fmu"]
     assert found["page"] == len(Page("title", "lead", Pack()).html()) > 200_000
 
 

@@ -13,6 +13,7 @@ import attrs
 import numpy as np
 
 from nanorom.continuation.orbits.harmonics import Support
+from nanorom.continuation.orbits.linear import free_motions
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
 
@@ -70,6 +71,5 @@ def least_loss(system: ScaledSystem) -> float:
     size = system.size
     if not size:
         return 1.0
-    state = np.block([[np.zeros((size, size)), np.eye(size)], [-system.stiffness, -system.damping]])
-    values = np.linalg.eigvals(state)
+    values = free_motions(system, np.zeros(size))[0]
     return float(np.clip((2 * np.abs(values.real) / np.abs(values)).min(), ROUND_OFF, 1.0))

@@ -136,7 +136,7 @@ class Rise:
             right[:n, 0] = -basis.pack(free.residual(x, self.rate)) - level * added
             try:
                 change, direction = np.linalg.solve(matrix, right).T
-            except np.linalg.LinAlgError:  # and raise, as where the corrections do not shrink
+            except np.linalg.LinAlgError:
                 break
             z = z + change
             if not np.all(np.isfinite(z)):

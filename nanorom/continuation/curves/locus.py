@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import attrs
 import numpy as np
 
-from nanorom.continuation.curves.critical_curve import CriticalCurve, CriticalPoint
+from nanorom.continuation.curves.critical_curve import CriticalCurve
+from nanorom.continuation.curves.curve import Point
 from nanorom.continuation.diagrams.diagram import SpecialPoint
 from nanorom.continuation.orbits.bifurcations import KINDS, TORUS
 from nanorom.continuation.orbits.conditions import REAL
@@ -112,16 +113,16 @@ def locus(
     return _result(point, name, backward[::-1] + forward[1:], unit, size)
 
 
-def _scaled(point: SpecialPoint, unit: ScaledSystem, level: float) -> CriticalPoint:
+def _scaled(point: SpecialPoint, unit: ScaledSystem, level: float) -> Point:
     """The point that a curve starts from."""
     rate = point.omega / unit.frequency / point.period_multiple
-    return CriticalPoint(unit.inner(point.coefficients), rate, level, _second_frequency(point))
+    return Point(unit.inner(point.coefficients), rate, level, _second_frequency(point))
 
 
 def _result(
     point: SpecialPoint,
     parameter: str,
-    points: list[CriticalPoint],
+    points: list[Point],
     unit: ScaledSystem,
     size: float,
 ) -> Locus:
@@ -139,13 +140,13 @@ def _result(
     )
 
 
-def _second_frequency(point: SpecialPoint) -> float:
-    """Of the torus that a Neimark-Sacker point sheds, by the rate of the orbit; 0 of others."""
+def _second_frequency(point: SpecialPoint) -> tuple[float, ...]:
+    """Of the torus that a Neimark-Sacker point sheds, by the rate of the orbit; none of others."""
     if KINDS[point.type] is not TORUS:
-        return 0.0
+        return ()
     pairs = point.multipliers[point.multipliers.imag > REAL]
     critical = pairs[np.abs(np.abs(pairs) - 1).argmin()]
-    return float(np.angle(critical) / (2 * np.pi))
+    return (float(np.angle(critical) / (2 * np.pi)),)
 
 
 def _parameter(

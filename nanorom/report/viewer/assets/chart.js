@@ -37,7 +37,7 @@ export class Chart {
       stroke: theme.text,
       grid: { stroke: theme.grid, width: 1 },
       ticks: { stroke: theme.grid, width: 1, size: 4 },
-      ...(this.full[side].log ? { splits: (_, __, low, high) => decades(low, high), values: (_, places) => places.map((place) => number(place, 3, 1e3, 1e-2)) } : {}),
+      ...(this.full[side].log ? { splits: (_, __, low, high) => decades(low, high), values: (_, places) => places.map((place) => (place === null ? "" : number(place, 3, 1e3, 1e-2))) } : {}),
     });
     const scale = (side) => ({
       time: false, auto: false, distr: this.full[side].log ? 3 : 1,
