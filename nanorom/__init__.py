@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
     from nanorom.scene.load import Load
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
-    from nanorom.scene.support import Spring, Support
+    from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
+    from nanorom.scene.waves import Harmonic
     from nanorom.workflow import full_orbit, reduce, run, tune, verify
 
 _HOMES = {
@@ -38,6 +39,7 @@ _HOMES = {
     "rom.model": ("ReducedModel",),
     "rom.shapes": ("Shapes",),
     "scene.drive": ("Drive",),
+    "scene.waves": ("Harmonic",),
     "scene.excitation": (
         "Damping",
         "Excitation",
@@ -63,6 +65,8 @@ _HOMES = {
         "Scene",
     ),
     "scene.support": (
+        "Edge",
+        "PlaneSpring",
         "Spring",
         "Support",
     ),
@@ -82,14 +86,17 @@ __all__ = [
     "Damping",
     "Disc",
     "Drive",
+    "Edge",
     "Excitation",
     "Frequency",
+    "Harmonic",
     "Load",
     "LoadCurve",
     "Material",
     "MeshFile",
     "Modes",
     "NanoromError",
+    "PlaneSpring",
     "Plate",
     "Rectangle",
     "ReducedModel",

@@ -20,6 +20,7 @@ from nanorom.launch import finite_elements, mpi_rank, watched
 from nanorom.report import summary as summary_text
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.rom.model import ReducedModel
+from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
 from nanorom.types import Progress
 
@@ -42,12 +43,17 @@ def plan(scene: Scene | str | Path) -> str:
         from nanorom.fem.plan import Plan
         from nanorom.fem.routes.registry import route_of
     scene = Scene.of(scene)
-    found, route = Plan.of(scene), route_of(scene)
+    route = route_of(scene)
+    route.check(scene)
+    found = Plan.of(scene)
+    cost, span = route.cost(found), route.span(found)
+    plausibility.check(scene, span)
     items = route.items(found)
     rows = [("compute" if item.computed else "skip", item.what, item.why) for item in items]
     width = max(len(what) for _, what, _ in rows)
     lines = [f"{verb:8}{what:{width + 2}}{why}".rstrip() for verb, what, why in rows]
-    return "\n".join([*lines, f"cost    {route.cost(found)}"])
+    remarks = [f"note    {note}" for note in plausibility.notes(scene, span)]
+    return "\n".join([*lines, f"cost    {cost}", *remarks])
 
 
 def reduce(

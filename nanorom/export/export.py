@@ -15,7 +15,7 @@ from nanorom.errors import FileError, SceneError
 from nanorom.export.formats import FORMATS, Format
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
-from nanorom.rom.patterns import aimed
+from nanorom.rom.patterns import aimed, driven
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Excitation, Sweep, as_frequency
 from nanorom.scene.scene import Scene
@@ -171,7 +171,7 @@ def export_model(
     chosen = drive.levels[level - 1]
     model = aimed(model, drive)
     return export(
-        model.system(drive.direct_pattern, drive.parametric_pattern, damped=_format(to).damped),
+        driven(model, drive, damped=_format(to).damped),
         to,
         target,
         omega=hertz and (2 * np.pi * hertz[0], 2 * np.pi * hertz[1]),

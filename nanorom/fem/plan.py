@@ -68,7 +68,7 @@ class Plan:
         """About how many degrees of freedom w has; None for a mesh file, not yet read."""
         chosen = self.discretisation(self.scene.accuracy.tolerance)
         cells = discretisation.cells_of(chosen)
-        return None if cells is None else int(cells * chosen.degree**2 / 2 * 1.05)
+        return None if cells is None else discretisation.dofs_of(cells, chosen.degree)
 
 
 def bending_effect(scene: Scene) -> float | None:

@@ -12,6 +12,7 @@ import attrs
 from nanorom.fem.plan import Plan
 from nanorom.fem.symmetry import Mirrors
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.support import in_plane_of
 
 
 @attrs.frozen
@@ -28,8 +29,12 @@ def state_item(plan: Plan) -> Item:
     scene = plan.scene
     if scene.load is not None:
         return Item("static state under load", True, "the model is expanded about it")
-    if "free" in scene.supports.values():
-        return Item("pre-stress", True, "it relaxes where the tension pulls at a free edge")
+    if any(in_plane_of(kind) != "fixed" for kind in scene.supports.values()):
+        return Item(
+            "pre-stress",
+            True,
+            "it relaxes where the tension pulls at an edge that is free in its plane",
+        )
     return Item("pre-stress", False, "a constant tension is in equilibrium with its supports")
 
 

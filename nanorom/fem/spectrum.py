@@ -30,6 +30,7 @@ from nanorom.rom.spectrum import Lines, RitzClass, RitzSpectrum
 from nanorom.scene.film import Tension
 from nanorom.scene.geometry import String
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import Edge
 
 RATIOS = (1e-3, 2e-2, 0.4)  # D/(T L^2) of the modes that span Ritz' basis
 DEPENDENT = 1e-12  # of the largest square: shapes of the basis that add nothing to the others
@@ -44,8 +45,14 @@ class Spectrum:
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
         if scene.load is not None:
             raise SceneError("load: a scene to identify is about the unloaded film; remove [load]")
-        if scene.support.springs:
-            raise SceneError("support: a scene to identify has rigid supports; found springs")
+        if scene.support.springs or any(isinstance(k, Edge) for k in scene.support.kinds):
+            raise SceneError(
+                "support: a scene to identify has rigid supports; found springs or in_plane"
+            )
+        if scene.tension.xy:
+            raise SceneError(
+                f"tension.xy: found {scene.tension.xy:g} N/m; allowed in a scene to identify: 0"
+            )
         self.scene = scene
         self.scales = scales = Scales.of(scene)
         tension = max(scene.tension.x, scene.tension.y, 1e-300)

@@ -30,7 +30,9 @@ class Mirrors:
 
     @classmethod
     def of(cls, scene: Scene) -> Mirrors:
-        """Mirrors of a scene: all tensions lie along the axes, so shape and supports decide."""
+        """Mirrors of a scene: tensions along the axes have both, shape and supports decide."""
+        if scene.tension.xy:
+            return cls()
         if isinstance(scene.geometry, Disc):
             return cls(AXES)
         if not isinstance(scene.geometry, Rectangle):
@@ -77,8 +79,8 @@ def is_symmetric(scene: Scene) -> bool:
 
 def is_of_revolution(scene: Scene) -> bool:
     """Every turn of the film about its centre leaves it and its static state as they are."""
-    isotropic = scene.tension.x == scene.tension.y
-    return isinstance(scene.geometry, Disc) and isotropic and is_symmetric(scene)
+    round_ = isinstance(scene.geometry, Disc) and scene.tension.is_isotropic
+    return round_ and is_symmetric(scene)
 
 
 def is_square(scene: Scene) -> bool:

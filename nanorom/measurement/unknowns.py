@@ -199,4 +199,18 @@ def chosen(film: Film, names: tuple[str, ...]) -> tuple[Unknown, ...]:
                     "give one of them"
                 )
         unknown.check(film)
+    if not _determined(film, found):
+        told = ", ".join(unknown.name for unknown in found)
+        raise SceneError(
+            f"unknowns: found {told}; frequencies do not determine them together, as they depend "
+            "on tension and bending stiffness by areal mass alone; leave one of them out"
+        )
     return found
+
+
+def _determined(film: Film, found: tuple[Unknown, ...]) -> bool:
+    """Whether no change of the unknowns leaves T_x, T_y and D by rho h as they are."""
+    acting = film.operators != 0
+    slopes = np.array([unknown.slope(film) * unknown.of(film) for unknown in found])
+    relative = slopes[:, acting] / film.operators[acting]
+    return bool(np.linalg.matrix_rank(relative[:, :-1] - relative[:, -1:]) == len(found))

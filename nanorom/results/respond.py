@@ -27,7 +27,8 @@ from nanorom.results.response import (
     write_level,
 )
 from nanorom.rom.model import ReducedModel
-from nanorom.rom.patterns import aimed
+from nanorom.rom.patterns import aimed, driven
+from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.types import Progress
@@ -62,6 +63,7 @@ def respond(
         If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
         cannot be written.
     """
+    check_range(model.diagnostics)
     system, omega, options = _question(aimed(model, drive), drive, sweep, damping)
     empty = Response(
         diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
@@ -109,7 +111,7 @@ def _question(
     """The modal equations, the range of omega in rad/s, and options of the continuation."""
     if damping is not None:
         model = model.with_damping(damping)
-    system = model.system(drive.direct_pattern, drive.parametric_pattern)
+    system = driven(model, drive)
     start, stop = sweep.hertz(float(model.frequency[0]))
     options = {"depth": sweep.depth, "tolerance": sweep.tolerance}
     known = {name: value for name, value in options.items() if value is not None}

@@ -11,6 +11,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from functools import singledispatch
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -32,8 +33,8 @@ from nanorom.scene.patterns.pattern import (
 )
 from nanorom.types import Array
 
-OUTSIDE = 1e-9  # of a triangle: a point further out is not in it
-
+if TYPE_CHECKING:
+    from nanorom.continuation import ModalSystem
 
 # -- what every reduction computes ----------------------------------------------------------------
 
@@ -98,15 +99,35 @@ def _integral(shapes: Shapes, values: Array) -> Array:
 
 def point(shapes: Shapes, position: Sequence[float]) -> Array:
     """J (L,) of a force at a position (x, y) in m: phi_r there.  Raises SceneError outside."""
-    corners = shapes.points[shapes.cells, :2]
-    sides = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=2)
-    local = np.linalg.solve(sides, (np.asarray(position) - corners[:, 0])[..., None])[..., 0]
-    weights = np.column_stack([1 - local.sum(axis=1), local])
-    cell = int(weights.min(axis=1).argmax())
-    if weights[cell].min() < -OUTSIDE:
-        x, y = position
-        raise SceneError(f"drive.position: ({x:g}, {y:g}) m is not on the film")
-    return np.asarray(shapes.values[:, shapes.cells[cell]] @ weights[cell])
+    try:
+        return shapes.at(position)
+    except ModelError as error:
+        raise SceneError(f"drive.{error}") from None
+
+
+def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSystem:
+    """The modal equations under a drive of a scene, aimed before, with its harmonics."""
+    from nanorom.continuation import Drive as Term
+
+    system = model.system(drive.direct_pattern, drive.parametric_pattern, damped)
+    if drive.harmonics is None:
+        return system
+    terms = [
+        Term(
+            each.harmonic,
+            each.phase,
+            direct=each.direct * system.direct,
+            parametric=each.parametric * system.parametric,
+        )
+        for each in drive.harmonics
+    ]
+    return attrs.evolve(
+        system,
+        direct=np.zeros_like(system.direct),
+        parametric=np.zeros_like(system.parametric),
+        drives=terms,
+        damped=damped,
+    )
 
 
 def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:

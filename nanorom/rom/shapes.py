@@ -14,7 +14,7 @@ from nanorom.files.layout import documented, shown
 from nanorom.rom.arrays import as_array, as_integers
 from nanorom.types import Array
 
-OUTSIDE = 0.05  # of a triangle: a curved edge is a chord of the film's
+OUTSIDE = 1e-9  # of a triangle: a point further out is not in it
 
 
 @documented
@@ -49,7 +49,7 @@ class Shapes:
     def at(self, position: Sequence[float]) -> Array:
         """Values (L,) of the mode shapes at a point (x, y) of the film in m, linear on triangles.
 
-        Raises ModelError for a point outside the film.
+        Raises ModelError for a point that is not on the film.
         """
         place = np.asarray(position, dtype=float)
         if place.shape != (2,) or not np.all(np.isfinite(place)):
@@ -63,9 +63,5 @@ class Shapes:
         weights = np.stack([1 - second - third, second, third], axis=1)
         cell = int(weights.min(axis=1).argmax())
         if weights[cell].min() < -OUTSIDE:
-            raise ModelError(
-                f"position: ({place[0]:g}, {place[1]:g}) m is outside the film, x "
-                f"{self.points[:, 0].min():g} to {self.points[:, 0].max():g} m, y "
-                f"{self.points[:, 1].min():g} to {self.points[:, 1].max():g} m"
-            )
+            raise ModelError(f"position: ({place[0]:g}, {place[1]:g}) m is not on the film")
         return np.asarray(self.values[:, self.cells[cell]] @ weights[cell])

@@ -11,6 +11,7 @@ from nanorom.scene import fields as v
 from nanorom.scene.patterns import AIMS, DIRECT, PARAMETRIC
 from nanorom.scene.patterns.pattern import DirectPattern
 from nanorom.scene.units import wrong
+from nanorom.scene.waves import ALLOWED, Harmonic, as_harmonics, read_harmonics
 
 MOST_LEVELS = 100
 LEVELS = f"one or a list of up to {MOST_LEVELS}, 0 or more, in the unit of the pattern"
@@ -36,6 +37,7 @@ class Drive:
         and "spot" in Pa, "point" in N.  The latter two act at ``position`` (x, y) in m, a spot
         within a ``radius`` in m.
     parametric: levels of ``parametric_pattern``: "tension" in N/m, "paper" in Pa/m.
+    harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.
     """
@@ -89,11 +91,23 @@ class Drive:
         ),
     )
 
+    harmonics: tuple[Harmonic, ...] | None = attrs.field(
+        default=None,
+        converter=as_harmonics,
+        metadata=v.custom(
+            "drive.harmonics",
+            read_harmonics,
+            allowed=ALLOWED,
+            about="course of both drives in time, instead of cos(omega t)",
+        ),
+    )
+
     def __attrs_post_init__(self) -> None:
         for name, unit in zip(("direct", "parametric"), self.units):
             levels = _levels(getattr(self, name), unit, f"drive.{name}")
             object.__setattr__(self, name, levels)
         self._check_aim()
+        self._check_harmonics()
         n_direct, n_parametric = len(self.direct), len(self.parametric)
         if n_direct != n_parametric and min(n_direct, n_parametric) > 1:
             raise SceneError(
@@ -116,6 +130,16 @@ class Drive:
                 raise SceneError(f"drive.{name}: {what} with {found}")
         if self.position is not None and len(self.position) != 2:
             raise wrong("drive.position", self.position, 'x and y such as ["1 um", "0 um"]')
+
+    def _check_harmonics(self) -> None:
+        """Levels that no harmonic uses move nothing."""
+        for name in ("direct", "parametric"):
+            used = any(getattr(each, name) for each in self.harmonics or ())
+            if self.harmonics is not None and any(getattr(self, name)) and not used:
+                raise SceneError(
+                    f"drive.harmonics: none has {name}, but drive.{name} has levels; allowed: one "
+                    f"or more with {name} = 1, say"
+                )
 
     @property
     def pattern(self) -> DirectPattern:

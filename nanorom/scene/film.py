@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -18,20 +19,24 @@ class Model:
 
     bends: with bending stiffness; None: where it makes a difference.  Without it the film is held
     by its tension alone, and nothing turns at a rotational spring; lowest_degree: of the deflection
-    on a mesh; springs: an edge may be elastic.
+    on a mesh; springs: an edge may be elastic; planar: what is in its plane is known apart: tension
+    along xy, supports of the displacement there, a film that nothing holds; shallow: slopes of the
+    deflection are small.
     """
 
     bends: bool | None
     lowest_degree: int = 1
     springs: bool = True
+    planar: bool = True
+    shallow: bool = True
 
 
 MODELS = {
     "auto": Model(bends=None),
     "membrane": Model(bends=False),
     "plate": Model(bends=True, lowest_degree=2),
-    "shell": Model(bends=True, springs=False),
-    "beam": Model(bends=True),
+    "shell": Model(bends=True, springs=False, planar=False, shallow=False),
+    "beam": Model(bends=True, planar=False),
 }
 
 
@@ -110,7 +115,7 @@ class Material:
 
 @attrs.frozen(field_transformer=v.readers)
 class Tension:
-    """Film tension along x and y in N/m; negative is compression.
+    """Film tension along x and y and its shear xy in N/m; negative is compression.
 
     With one value it is the same in every direction.
     """
@@ -126,6 +131,34 @@ class Tension:
         converter=v.as_quantity,
         metadata=v.quantity("tension.y", "N/m", v.ANY, about="tension along y"),
     )
+    xy: float = attrs.field(
+        default=0.0,
+        converter=v.as_quantity,
+        metadata=v.quantity(
+            "tension.xy", "N/m", v.ANY, about="shear of the tension between x and y"
+        ),
+    )
+
+    @property
+    def principal(self) -> tuple[float, float]:
+        """The smallest and the largest tension (N/m) of all directions."""
+        middle, radius = (self.x + self.y) / 2, math.hypot((self.x - self.y) / 2, self.xy)
+        return middle - radius, middle + radius
+
+    @property
+    def smallest(self) -> float:
+        """The tension (N/m) of the direction that has the least."""
+        return self.principal[0] if self.xy else min(self.x, self.y)
+
+    @property
+    def largest(self) -> float:
+        """The tension (N/m) of the direction that has the most."""
+        return self.principal[1] if self.xy else max(self.x, self.y)
+
+    @property
+    def is_isotropic(self) -> bool:
+        """The same in every direction."""
+        return self.x == self.y and self.xy == 0.0
 
     @classmethod
     def isotropic(cls, value: v.Quantity) -> Tension:
@@ -143,14 +176,16 @@ class Tension:
 
     @classmethod
     def from_table(cls, table: Any, plate: Plate) -> Tension:
-        """Read [tension]: value, or x and y, in N/m, or stress in Pa; raises SceneError."""
-        v.check_keys("tension", table, ("value", "x", "y", "stress"))
+        """Read [tension]: value, or x, y and xy, in N/m, or stress in Pa; raises SceneError."""
+        v.check_keys("tension", table, ("value", "x", "y", "xy", "stress"))
         match sorted(table):
             case ["x", "y"]:
                 return cls(table["x"], table["y"])
+            case ["x", "xy", "y"]:
+                return cls(table["x"], table["y"], table["xy"])
             case ["value"]:
                 return cls.isotropic(table["value"])
             case ["stress"]:
                 return cls.from_stress(table["stress"], plate.thickness)
         found = " and ".join(sorted(table)) or "no key"
-        raise SceneError(f"tension: found {found}; allowed: value, or x and y, or stress")
+        raise SceneError(f"tension: found {found}; allowed: value, or x and y (and xy), or stress")

@@ -37,10 +37,13 @@ from nanorom.scene.geometry import (
     read_geometry,
 )
 from nanorom.scene.load import Load
-from nanorom.scene.request import HIGHEST_DEGREE, MOST_MODES, Accuracy, Modes, Reduction
+from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
+from nanorom.scene.rules import check_film
 from nanorom.scene.support import (
     STRING_ENDS,
+    Edge,
     Kind,
+    PlaneSpring,
     Spring,
     Support,
 )
@@ -51,10 +54,12 @@ __all__ = [
     "Damping",
     "Disc",
     "Drive",
+    "Edge",
     "Load",
     "Material",
     "MeshFile",
     "Modes",
+    "PlaneSpring",
     "Plate",
     "Rectangle",
     "Reduction",
@@ -122,9 +127,7 @@ class Scene(metaclass=_Loaded):
                         f"support.{name}: unknown side of a {self.geometry.shape}{hint}; "
                         f"allowed: {', '.join(sides)}, default"
                     )
-            if all(self.support.kind(side) == "free" for side in sides):
-                raise SceneError("support.edge: every side is free; hold at least one side")
-        self._check_model()
+        check_film(self)
         if not self.flat and self.reduction.method == "tangent":
             raise SceneError(
                 "reduction.method: found tangent for a film that is not flat; "
@@ -138,30 +141,6 @@ class Scene(metaclass=_Loaded):
                 "such a film moves in its plane already in its linear modes"
             )
         check_complete(self.damping, self.drive, self.sweep)
-
-    def _check_model(self) -> None:
-        """Raise SceneError for what the film's model does not go with."""
-        model, rules, degree = self.plate.model, self.plate.rules, self.accuracy.degree
-        if rules.bends is False and min(self.tension.x, self.tension.y) <= 0:
-            raise SceneError(
-                f"tension: found x = {self.tension.x:g}, y = {self.tension.y:g} N/m; "
-                f"allowed: both greater than 0 for a {model}"
-            )
-        if degree is not None and degree < rules.lowest_degree:
-            raise SceneError(
-                f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to "
-                f"{HIGHEST_DEGREE} for a {model}"
-            )
-        if self.support.springs and not rules.springs:
-            raise SceneError(
-                f"support: found springs beside plate.model = {model}; "
-                "allowed: clamped | simply_supported | free"
-            )
-        if rules.bends is False and any(s.rotational for s in self.support.springs):
-            raise SceneError(
-                f"support.rotational: found beside plate.model = {model}, which has no bending "
-                "stiffness to turn it; allowed: a transverse spring"
-            )
 
     @property
     def flat(self) -> bool:

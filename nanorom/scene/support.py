@@ -1,4 +1,4 @@
-"""How the edge of a film is held."""
+"""How the edge of a film is held, out of its plane and in it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from nanorom.scene import fields as v
 from nanorom.scene.units import wrong
 
 KINDS = ("clamped", "simply_supported", "free")
+IN_PLANE = ("fixed", "normal", "tangential", "free")
 SPRING_KEYS = {"spring", "rotational"}
+EDGE_KEYS = {"w", "in_plane"}
 
 
 @attrs.frozen(field_transformer=v.readers)
@@ -45,10 +47,11 @@ class Spring:
     )
 
 
-Kind = str | Spring
+def _deflection(value: Any) -> str | Spring:
+    return _transverse(value, "support.w")
 
 
-def _kind(value: Any, key: str) -> Kind:
+def _transverse(value: Any, key: str) -> str | Spring:
     if isinstance(value, Spring):
         return value
     if isinstance(value, Mapping) and len(value) > 0:
@@ -56,27 +59,122 @@ def _kind(value: Any, key: str) -> Kind:
     return v.read_choice(value, key, KINDS)
 
 
+@attrs.frozen(field_transformer=v.readers)
+class PlaneSpring:
+    """Stiffness of an edge against displacements in the plane, normal and tangential to it.
+
+    In N/m^2: force per length of the edge and displacement; 0: free.
+    """
+
+    normal: float = attrs.field(
+        default=0.0,
+        converter=v.as_quantity,
+        metadata=v.quantity(
+            "support.in_plane.normal",
+            "N/m^2",
+            v.NOT_NEGATIVE,
+            about="stiffness in the plane across the edge, per length of the edge",
+        ),
+    )
+    tangential: float = attrs.field(
+        default=0.0,
+        converter=v.as_quantity,
+        metadata=v.quantity(
+            "support.in_plane.tangential",
+            "N/m^2",
+            v.NOT_NEGATIVE,
+            about="stiffness in the plane along the edge, per length of the edge",
+        ),
+    )
+
+
+def _in_plane(value: Any) -> str | PlaneSpring:
+    key = "support.in_plane"
+    if isinstance(value, PlaneSpring):
+        return value
+    if isinstance(value, Mapping) and len(value) > 0:
+        return v.from_table(PlaneSpring, key, value)
+    if isinstance(value, str) and value in IN_PLANE:
+        return value
+    if isinstance(value, str):
+        return v.read_choice(value, key, IN_PLANE)
+    raise wrong(key, value, f"{' | '.join(IN_PLANE)}, or a table of normal and tangential")
+
+
+@attrs.frozen(field_transformer=v.readers)
+class Edge:
+    """An edge whose in-plane support is stated beside the one of its deflection.
+
+    w : clamped, simply_supported, free or a `Spring`; in_plane : which displacements in the plane
+    are held: both (fixed), the one across the edge (normal) or along it (tangential), none (free),
+    or a `PlaneSpring`.
+    """
+
+    w: str | Spring = attrs.field(
+        metadata=v.custom(
+            "support.w",
+            _deflection,
+            allowed="clamped | simply_supported | free, or a table of springs",
+            about="how the deflection is held, where in_plane stands beside it",
+        ),
+    )
+    in_plane: str | PlaneSpring = attrs.field(
+        metadata=v.custom(
+            "support.in_plane",
+            _in_plane,
+            allowed="fixed | normal | tangential | free, or a table of normal and tangential",
+            about="which displacements in the plane are held: both, across the edge, along it, "
+            "none, or elastically",
+        ),
+    )
+
+    @property
+    def kind(self) -> Kind:
+        """The same in one word, where there is one."""
+        if self.in_plane == "fixed" and self.w != "free" or self.in_plane == self.w == "free":
+            return self.w
+        return self
+
+
+Kind = str | Spring | Edge
+
+
+def deflection_of(kind: Kind) -> str | Spring:
+    """How a kind of support holds the deflection."""
+    return kind.w if isinstance(kind, Edge) else kind
+
+
+def in_plane_of(kind: Kind) -> str | PlaneSpring:
+    """How a kind of support holds the film in its plane; what holds the deflection holds it too."""
+    if isinstance(kind, Edge):
+        return kind.in_plane
+    return "free" if kind == "free" else "fixed"
+
+
+def _kind(value: Any, key: str) -> Kind:
+    if isinstance(value, Edge):
+        return value.kind
+    if isinstance(value, Mapping) and EDGE_KEYS & set(value):
+        return v.from_table(Edge, key, value).kind
+    return _transverse(value, key)
+
+
 def _sides(value: Any) -> Kind | dict[str, Kind]:
-    springs = isinstance(value, Mapping) and len(value) > 0 and set(value) <= SPRING_KEYS
-    if isinstance(value, (str, Spring)) or springs:
-        kind = _kind(value, "support.edge")
-        if kind == "free":
-            raise SceneError("support.edge: every side is free; hold at least one side")
-        return kind
+    one = isinstance(value, Mapping) and bool(value) and set(value) <= SPRING_KEYS | EDGE_KEYS
+    if isinstance(value, (str, Spring, Edge)) or one:
+        return _kind(value, "support.edge")
     if not isinstance(value, Mapping) or len(value) == 0:
         allowed = f"{' | '.join(KINDS)}, a table of springs, or a table of sides"
         raise wrong("support.edge", value, allowed)
-    sides = {str(name): _kind(kind, f"support.{name}") for name, kind in value.items()}
-    if all(kind == "free" for kind in sides.values()):
-        raise SceneError("support.edge: every side is free; hold at least one side")
-    return sides
+    return {str(name): _kind(kind, f"support.{name}") for name, kind in value.items()}
 
 
 @attrs.frozen(field_transformer=v.readers)
 class Support:
     """How the film is held: one kind all around, or a table of kinds by side or tagged boundary.
 
-    A kind is clamped, simply_supported, free or a `Spring` (in a scene file a table with its keys).
+    A kind is clamped, simply_supported, free, a `Spring` or an `Edge` (in a scene file a table with
+    their keys).  All but an `Edge` hold the film in its plane wherever they hold its deflection.
     Sides that a table does not name get its ``default``, and are free without one.
     """
 
@@ -85,7 +183,8 @@ class Support:
         metadata=v.custom(
             "support.edge",
             _sides,
-            allowed="clamped | simply_supported | free, a table of springs, or a table of sides",
+            allowed="clamped | simply_supported | free, a table of springs or of w and in_plane, "
+            "or a table of sides",
             about="how the edge is held: one kind all around, or a table of kinds by side"
             " or physical curve, with a `default` for the rest",
         ),
@@ -114,11 +213,20 @@ class Support:
     @property
     def springs(self) -> list[Spring]:
         """Every elastic edge."""
-        kinds = [self.default, *self.named.values()]
-        return [kind for kind in kinds if isinstance(kind, Spring)]
+        return [kind for kind in map(deflection_of, self.kinds) if isinstance(kind, Spring)]
+
+    @property
+    def kinds(self) -> list[Kind]:
+        """Every kind that it names."""
+        return [self.default, *self.named.values()]
+
+    @property
+    def free(self) -> bool:
+        """Nothing holds the film."""
+        return all(kind == "free" for kind in self.kinds)
 
     def kind(self, side: str) -> Kind:
-        """clamped | simply_supported | free | Spring, of a side or tagged boundary."""
+        """clamped | simply_supported | free | Spring | Edge, of a side or tagged boundary."""
         return self.named.get(side, self.default)
 
 

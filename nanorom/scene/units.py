@@ -25,6 +25,7 @@ MEANINGS = {
     "N": ("a force", "10 nN"),
     "V": ("a voltage", "5 V"),
     "Hz": ("a frequency", "20 MHz"),
+    "rad": ("an angle", "90 deg"),
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
 }
 

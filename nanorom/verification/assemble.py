@@ -25,7 +25,9 @@ from nanorom.fem.solvers.groups import alone
 from nanorom.fem.statics.state import Units
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import Parity
+from nanorom.scene.geometry import Rectangle
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import Edge, PlaneSpring, deflection_of, in_plane_of
 from nanorom.types import Array
 from nanorom.verification.factors import Factors
 from nanorom.verification.film import DiscreteFilm, Gate, Tables
@@ -132,8 +134,27 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
 def check(scene: Scene) -> None:
     """Raise SceneError unless a scene has a film whose orbits can be solved for."""
     check_of_plates(scene, "full-order orbits")
+    if any(isinstance(kind, Edge) or kind == "free" for kind in scene.support.kinds):
+        _check_edges(scene)
     if scene.damping is None:
         raise SceneError("damping: missing section [damping], which a periodic orbit needs")
+
+
+def _check_edges(scene: Scene) -> None:
+    """Raise SceneError for supports that full-order orbits do not know."""
+    kinds = scene.support.kinds
+    if scene.support.free or all(deflection_of(kind) == "free" for kind in kinds):
+        raise SceneError("support: full-order orbits need a film whose deflection is held")
+    sliding = any(in_plane_of(kind) in ("normal", "tangential") for kind in kinds)
+    if sliding and not isinstance(scene.geometry, Rectangle):
+        raise SceneError(
+            "support.in_plane: found normal or tangential; full-order orbits have them on the "
+            "sides of a rectangle only"
+        )
+    if not scene.flat and any(isinstance(in_plane_of(kind), PlaneSpring) for kind in kinds):
+        raise SceneError(
+            "support.in_plane: found springs; full-order orbits have them in flat films only"
+        )
 
 
 def _modal(scene: Scene, scales: Scales, solution: Solution) -> dict[str, Array]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nanorom.continuation.system import ModalSystem
+from nanorom.errors import SceneError
 from nanorom.fem.symmetry import Parity
 from nanorom.scene.drive import Drive
 from nanorom.types import Array
@@ -19,6 +20,11 @@ class DrivenFilm:
     """A film, its drive's patterns, and levels of them in SI units."""
 
     def __init__(self, film: Film, drive: Drive, direct: float, parametric: float) -> None:
+        if drive.harmonics is not None:
+            raise SceneError(
+                "drive.harmonics: found some; allowed: none, for orbits of the film are those of "
+                "cos(omega t) alone"
+            )
         self.film, self.drive = film, drive
         self.direct, self.parametric = direct, parametric
         self._modulation: dict[Parity, Any] = {}

@@ -15,7 +15,8 @@ from nanorom.scene.geometry import SHAPES
 from nanorom.scene.load import Load
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.request import Accuracy, Modes, Reduction
-from nanorom.scene.support import Spring, Support
+from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
+from nanorom.scene.waves import Harmonic
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
 SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
@@ -24,12 +25,15 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "tension": Tension,
     "support": Support,
     "support, springs": Spring,
+    "support, in_plane": Edge,
+    "support, springs in the plane": PlaneSpring,
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,
     "load": Load,
     "damping": Damping,
     "drive": Drive,
+    "drive, harmonics": Harmonic,
     "sweep": Sweep,
 }
 TABLE = re.compile(r"(<!-- (keys of ([\w, ]+)|patterns) -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -12,7 +12,8 @@ import numpy as np
 from dolfinx import fem
 from scipy.sparse import csr_matrix
 
-from nanorom.fem.fields import quadrature
+from nanorom.fem.fields import holding, quadrature
+from nanorom.fem.fields.holding import Constraints
 from nanorom.fem.fields.surface import Membrane
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import AXES, Parity
@@ -97,10 +98,34 @@ def free_dofs(plate: Membrane, parity: Parity = ()) -> algebra.FreeDofs:
     On a mirror the displacement across it vanishes where strains are even, the one along it
     where they are odd.
     """
-    blocks = fem.locate_dofs_topological(plate.in_plane, 1, plate.supported)
-    fixed = [2 * blocks, 2 * blocks + 1]
+    held = constraints(plate, parity)
+    fixed = np.concatenate([2 * nodes + axis for axis, nodes in enumerate(held.fixed)])
+    return algebra.FreeDofs(plate.in_plane, fixed, held.turned)
+
+
+def constraints(plate: Membrane, parity: Parity = ()) -> Constraints:
+    """What supports and mirrors hold of displacements whose strains have a parity. Collective."""
+    tensor = plate.holding.rigid.copy()
     for axis, odd in zip(plate.mirrors.axes, parity):
-        blocks = fem.locate_dofs_topological(plate.in_plane, 1, plate.on_mirror(axis))
+        nodes = fem.locate_dofs_topological(plate.in_plane, 1, plate.on_mirror(axis))
         across = AXES.index(axis)
-        fixed.append(2 * blocks + (1 - across if odd else across))
-    return algebra.FreeDofs(plate.in_plane, np.concatenate(fixed))
+        tensor[nodes, 1 - across if odd else across] += 1.0
+    return holding.constraints(plate.in_plane, tensor, plate.holding.elastic)
+
+
+def spring_work(plate: Membrane, displacements: np.ndarray) -> np.ndarray:
+    """This rank's part of u.K u (m, m) of elastic edges at displacements (local dofs, m).
+
+    Collective.
+    """
+    force = spring_force(plate, displacements)
+    return displacements[: len(force)].T @ force
+
+
+def spring_force(plate: Membrane, displacements: np.ndarray) -> np.ndarray:
+    """Forces (owned dofs, m) of elastic edges at displacements (local dofs, m). Collective."""
+    stiffness = algebra.assemble(plate.compiled(plate.plane_spring_form))
+    index_map = plate.in_plane.dofmap.index_map
+    force = algebra.multiply(stiffness, displacements[: 2 * index_map.size_local])
+    stiffness.destroy()
+    return force

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
+from nanorom.fem.fields.holding import Holding
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.symmetry import Mirrors
 
@@ -45,6 +47,10 @@ class Elastic(Protocol):
     def poisson_ratio(self) -> float:
         """Of an isotropic material."""
 
+    @property
+    def in_plane(self) -> Mapping[str, tuple[float, float]]:
+        """Stiffness of the edges that are elastic in the plane."""
+
 
 class Membrane(Surface, Protocol):
     """A flat film that also stretches in its plane."""
@@ -58,8 +64,14 @@ class Membrane(Surface, Protocol):
         """Of the material."""
 
     @property
-    def supported(self) -> np.ndarray:
-        """Local facets where the in-plane displacement is held."""
+    def holding(self) -> Holding:
+        """Where and how supports hold the in-plane displacement."""
 
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""
+
+    def compiled(self, write: Callable[..., Any], switches: Sequence[Any] = ()) -> Any:
+        """Form that one of its methods writes, ready to be assembled."""
+
+    def plane_spring_form(self) -> Any:
+        """Stiffness of the edges that are elastic in the plane."""

@@ -15,7 +15,7 @@ import attrs
 import numpy as np
 
 from nanorom.fem.mesh.corners import Corners
-from nanorom.fem.mesh.gmsh import MESHES, Grading
+from nanorom.fem.mesh.gmsh import MESHES, Grading, load
 from nanorom.fem.mesh.singular import Corner
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
 from nanorom.scene.geometry import (
@@ -25,7 +25,7 @@ from nanorom.scene.geometry import (
     String,
 )
 from nanorom.scene.scene import Scene
-from nanorom.scene.support import Kind, Spring
+from nanorom.scene.support import Kind, Spring, deflection_of
 
 DEGREE = 8
 WAVES = (2.66, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
@@ -246,9 +246,25 @@ def _end_rows(kind: Kind, size: float, layer: float, tolerance: float | None) ->
 
     layer : in which it bends, if clamped.
     """
+    kind = deflection_of(kind)
     if tolerance is None or not (kind == "clamped" or isinstance(kind, Spring)):
         return np.empty(0)
     return _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+
+
+def dofs_of(cells: int, degree: int) -> int:
+    """About how many degrees of freedom a deflection has on so many cells."""
+    return int(cells * degree**2 / 2 * 1.05)
+
+
+def measured(chosen: Discretisation, in_space: bool = False) -> tuple[int, np.ndarray]:
+    """Cells of a mesh file and the sides (2,) or (3,) of the box about it, by gmsh. One process.
+
+    Raises MeshError as meshing does.
+    """
+    size, corners = chosen.size_factor, None if in_space else chosen.corners
+    data = load(chosen.file, {}, 1, None, size, corners, in_space)
+    return len(data.cells), np.ptp(data.points, axis=0)
 
 
 def cells_of(chosen: Discretisation) -> int | None:

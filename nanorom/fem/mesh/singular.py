@@ -12,7 +12,7 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
-from nanorom.scene.support import Kind, Spring
+from nanorom.scene.support import Kind, Spring, deflection_of, in_plane_of
 
 Condition = Callable[[np.ndarray], np.ndarray]
 
@@ -38,14 +38,28 @@ class Corner:
         """Whether the film moves at the corner: neither side holds its deflection."""
         return not any(
             kind.spring is None if isinstance(kind, Spring) else kind != "free"
-            for kind in (self.first, self.last)
+            for kind in map(deflection_of, (self.first, self.last))
         )
 
     def _in_plane(self, nu: float) -> float:
-        """Lowest exponent of the in-plane displacement: supports hold it, whatever their kind."""
+        """Lowest exponent of the in-plane displacement; elastic edges count as free."""
+        found = [in_plane_of(kind) for kind in (self.first, self.last)]
+        kinds = [kind if isinstance(kind, str) else "free" for kind in found]
+        sliding = [kind in ("normal", "tangential") for kind in kinds]
+        if all(sliding):
+            turns = np.pi / (self.angle if kinds[0] == kinds[1] else 2 * self.angle)
+            regular = abs(turns - round(turns)) < RIGID
+            return SMOOTHEST if regular else min(SMOOTHEST, abs(turns - 1))
+        if any(sliding):  # the film goes on beyond a side along which it slides: its mirror image
+            other = kinds[sliding.index(False)]
+            return attrs.evolve(self, angle=2 * self.angle)._between([other, other], nu)
+        return self._between(kinds, nu)
+
+    def _between(self, kinds: list[str], nu: float) -> float:
+        """The same between sides of which each is fixed or free."""
         kappa = (3 - nu) / (1 + nu)
         sine = np.sin(self.angle)
-        held = [kind != "free" for kind in (self.first, self.last)]
+        held = [kind == "fixed" for kind in kinds]
         if all(held):
             return self._lowest(lambda a: (a * sine / kappa) ** 2)
         if any(held):
@@ -55,7 +69,8 @@ class Corner:
     def _bending(self, nu: float) -> float:
         """Lowest exponent of the slope; elastic edges count as free, as they do close by."""
         sine = np.sin(self.angle)
-        kinds = {"free" if isinstance(k, Spring) else k for k in (self.first, self.last)}
+        held = map(deflection_of, (self.first, self.last))
+        kinds = {"free" if isinstance(kind, Spring) else kind for kind in held}
         if "simply_supported" in kinds:
             return self._bent_at_support(kinds, nu)
         if kinds == {"clamped"}:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import attrs
 import numpy as np
 from mpi4py import MPI
@@ -15,11 +17,13 @@ from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import compat, groups
 from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, line
+from nanorom.scene import plausibility
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
-from nanorom.scene.support import Kind, Spring
+from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
+SOFTEST, STIFFEST = 1e-3, 1e9  # springs by the film's own stiffness: beyond lies rounding
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
 
 
@@ -47,38 +51,98 @@ def build_plate(
     )
     domain = attrs.evolve(domain, across=across)
     groups.check_alike(across, domain.mesh.geometry.x)
+    if isinstance(scene.geometry, MeshFile):
+        low, high = extremes(domain)
+        short, long = sorted(scales.length * (high - low))
+        plausibility.check(scene, (float(short), float(long)))
     kinds = boundary_kinds(scene, list(domain.facets), part)
     check_boundary(scene, domain, kinds)
     check_turning(domain, kinds, part)
+    held = {side: deflection_of(kind) for side, kind in kinds.items()}
+    in_plane = {side: in_plane_of(kind) for side, kind in kinds.items()}
+    return Plate.on(
+        domain,
+        chosen.degree,
+        clamped=[side for side, kind in held.items() if kind == "clamped"],
+        pinned=[side for side, kind in held.items() if kind == "simply_supported"],
+        stiffness=stiffness_of(scene, scales, held, in_plane),
+        state=State(
+            (scene.tension.x / scales.tension, scene.tension.y / scales.tension),
+            shear=scene.tension.xy / scales.tension,
+        ),
+        mirrors=part,
+        in_plane={
+            side: kind if isinstance(kind, str) else "free" for side, kind in in_plane.items()
+        },
+        solvers=Solvers(scene.reduction.solver),
+    )
+
+
+def stiffness_of(
+    scene: Scene,
+    scales: Scales,
+    held: Mapping[str, str | Spring],
+    in_plane: Mapping[str, str | PlaneSpring],
+) -> Stiffness:
+    """What the film and its elastic edges resist with, in its units."""
+    unit = scales.cubic * scales.length  # E h per length
+    yielding = {
+        side: (kind.normal / unit, kind.tangential / unit)
+        for side, kind in in_plane.items()
+        if isinstance(kind, PlaneSpring)
+    }
     springs = {
         side: (
             None if kind.spring is None else kind.spring * scales.length / scales.tension,
             kind.rotational / (scales.length * scales.tension),
         )
-        for side, kind in kinds.items()
+        for side, kind in held.items()
         if isinstance(kind, Spring)
     }
-    return Plate.on(
-        domain,
-        chosen.degree,
-        clamped=[side for side, kind in kinds.items() if kind == "clamped"],
-        pinned=[side for side, kind in kinds.items() if kind == "simply_supported"],
-        stiffness=Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs),
-        state=State((scene.tension.x / scales.tension, scene.tension.y / scales.tension)),
-        mirrors=part,
-        solvers=Solvers(scene.reduction.solver),
-    )
+    return Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs, yielding)
+
+
+def extremes(domain: mesh.Domain) -> tuple[np.ndarray, np.ndarray]:
+    """Lower left and upper right corner (2,) of what is meshed. Collective."""
+    x = domain.mesh.geometry.x[:, :2]
+    corners = np.concatenate([-x.min(axis=0), x.max(axis=0)])
+    domain.comm.Allreduce(MPI.IN_PLACE, corners, op=MPI.MAX)
+    return -corners[:2], corners[2:]
+
+
+def check_springs(scene: Scene, scales: Scales) -> None:
+    """Raise SceneError for springs that cannot be told from none, or from a rigid edge."""
+    units = {
+        "spring": scales.tension / scales.length,
+        "rotational": scales.bending * scales.length * scales.tension,
+    }
+    for spring in scene.support.springs:
+        for key, unit in units.items():
+            value, least = getattr(spring, key), SOFTEST * unit if key == "spring" else 0.0
+            if value and not least <= value <= STIFFEST * unit > 0:
+                what = "a free edge" if value < least else "a rigid one"
+                raise SceneError(
+                    f"support.{key}: found {value:g}, which no solution tells from {what}; "
+                    f"allowed: {least:.1g} to {STIFFEST * unit:.1g}"
+                )
 
 
 def pulls_at_free_edge(plate: Plate) -> bool:
-    """Whether a constant tension pulls at a free edge: it would not stay there. Collective."""
-    surface = plate.domain.mesh
+    """Whether a constant tension pulls at an edge along what nothing rigid holds. Collective.
+
+    It would not stay there.
+    """
+    surface, edges = plate.domain.mesh, plate.holding.edges
     mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
-    free = np.setdiff1d(compat.exterior_facets(surface), np.union1d(plate.supported, mirrors))
-    ends = surface.geometry.x[compat.facet_vertices(surface, free), :2]
+    loose = np.setdiff1d(compat.exterior_facets(surface), np.union1d(edges["fixed"], mirrors))
+    ends = surface.geometry.x[compat.facet_vertices(surface, loose), :2]
     along = ends[:, 1] - ends[:, 0]
-    normal = along[:, ::-1] / np.linalg.norm(along, axis=1, keepdims=True)
-    pull = np.abs(normal * plate.state.tension)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    normal = along[:, ::-1] * [1.0, -1.0]
+    traction = normal @ plate.state.tensor
+    pull = np.abs(np.column_stack([np.sum(traction * d, axis=1) for d in (normal, along)]))
+    for column, kind in enumerate(("normal", "tangential")):
+        pull[np.isin(loose, edges[kind]), column] = 0.0
     return max(plate.domain.comm.allgather(pull.max(initial=0.0))) > FREE_EDGE_PULL
 
 
@@ -92,7 +156,7 @@ def boundary_kinds(scene: Scene, tags: list[str], mirrors: Mirrors) -> dict[str,
                 f"allowed: {', '.join(sorted(tags)) or 'none, as it has no physical curves'}"
             )
     kinds = {tag: scene.support.kind(tag) for tag in tags}
-    if all(kind == "free" for kind in kinds.values()):
+    if all(kind == "free" for kind in kinds.values()) and not scene.support.free:
         raise SceneError(
             "support: no boundary of the mesh is held; name a physical curve of the mesh "
             "and give it a kind"
@@ -129,10 +193,13 @@ def check_turning(domain: mesh.Domain, kinds: dict[str, Kind], mirrors: Mirrors)
     """
     held = []
     for name, kind in kinds.items():
+        kind = deflection_of(kind)
         if kind == "clamped" or isinstance(kind, Spring) and kind.rotational > 0:
             return
         if kind != "free":
             held.append(name)
+    if not held:
+        return  # its rigid motions are left out
     vertices = compat.facet_vertices(domain.mesh, domain.facets_of(held))
     points = domain.mesh.geometry.x[np.unique(vertices), :2]
     points, _ = mirrors.unfold(points, np.empty((0, len(points))), [])

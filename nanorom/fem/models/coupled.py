@@ -15,10 +15,11 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from nanorom.fem.fields import membrane
 from nanorom.fem.models.gate import Attraction
 from nanorom.fem.models.plate import Plate
-from nanorom.fem.solvers import compat
-from nanorom.fem.symmetry import AXES, Parity
+from nanorom.fem.solvers import algebra, compat
+from nanorom.fem.symmetry import Parity
 
 
 @attrs.frozen(eq=False)
@@ -75,20 +76,20 @@ class Film:
         """What is linear in the displacement: pre-stress that is not in equilibrium."""
         return self.plate.preload_energy(self.u, self.w)
 
-    def fixed(self, parity: Parity) -> np.ndarray:
-        """Degrees of freedom (unrolled) that supports and mirrors hold at zero.
+    def free_dofs(self, parity: Parity) -> algebra.FreeDofs:
+        """Degrees of freedom that neither supports nor mirrors hold at zero. Collective.
 
         A displacement has the parity of its deflection; the shape of the film is even.
         """
-        plate = self.plate
-        blocks = fem.locate_dofs_topological(self.space, 1, plate.supported)
-        held = fem.locate_dofs_topological(self.space, 1, plate.held)
-        fixed = [3 * blocks, 3 * blocks + 1, 3 * held + 2]
-        for axis, odd in zip(plate.mirrors.axes, parity):
-            blocks = fem.locate_dofs_topological(self.space, 1, plate.on_mirror(axis))
-            across = AXES.index(axis)
-            fixed += [3 * blocks + 1 - across, 3 * blocks + 2] if odd else [3 * blocks + across]
-        return np.unique(np.concatenate(fixed))
+        plate, held = self.plate, membrane.constraints(self.plate, parity)
+        node = np.empty_like(self._in_plane_node)
+        node[self._in_plane_node] = np.arange(len(node))
+        zero = fem.locate_dofs_topological(self.space, 1, plate.odd_facets(parity))
+        fixed = [3 * node[nodes] + axis for axis, nodes in enumerate(held.fixed)]
+        nodes, along = held.turned
+        return algebra.FreeDofs(
+            self.space, np.unique(np.concatenate([*fixed, 3 * zero + 2])), (node[nodes], along)
+        )
 
     def embed(self, matrix: PETSc.Mat) -> PETSc.Mat:
         """A matrix of the plate's deflections as one of the film. Collective."""

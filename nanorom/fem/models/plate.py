@@ -18,7 +18,7 @@ and bending stiffness in the scene's scale of tension.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import attrs
@@ -27,7 +27,9 @@ import ufl
 from dolfinx import fem
 from ufl.geometry import FacetJacobianDeterminant
 
+from nanorom.fem.fields.holding import Holding
 from nanorom.fem.mesh.mesh import Domain
+from nanorom.fem.models.edges import Constants, Edges
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.solvers import compat, forms
 from nanorom.fem.solvers.multigrid import Solvers
@@ -48,70 +50,17 @@ def membrane_strain(u: Any, w: Any, shape: Any = None) -> Any:
     return strain if shape is None else strain + ufl.sym(ufl.outer(ufl.grad(shape), slope))
 
 
-@attrs.frozen(eq=False)
-class Edges:
-    """Integration over edges: the clamped one, mirrors, elastic ones; tags: of all their facets."""
-
-    clamped: Any
-    mirrors: Sequence[Any]
-    elastic: Sequence[Any]
-
-    @classmethod
-    def of(
-        cls, domain: Domain, clamped: np.ndarray, mirrors: Mirrors, springs: list[str], degree: int
-    ) -> Edges:
-        """With a quadrature of a degree."""
-        named = [*(line(axis) for axis in mirrors.axes), *springs]
-        groups = [clamped, *(domain.facets_of([name]) for name in named)]
-        first, *others = compat.facet_measures(domain.mesh, groups, {"quadrature_degree": degree})
-        n = len(mirrors.axes)
-        return cls(first, others[:n], others[n:])
-
-
-@attrs.frozen(eq=False)
-class Constants:
-    """Numbers of a plate as forms hold them; springs: transverse and rotational, by edge."""
-
-    tension_x: Any
-    tension_y: Any
-    bending: Any
-    poisson_ratio: Any
-    stretching: Any
-    springs: Sequence[Any]
-
-    @classmethod
-    def of(cls, mesh: Any, stiffness: Stiffness, state: State) -> Constants:
-        """Those of a stiffness and a state."""
-        x, y = state.tension
-        springs = [np.array([k or 0.0, turning]) for k, turning in stiffness.springs.values()]
-        return cls(
-            tension_x=fem.Constant(mesh, float(x)),
-            tension_y=fem.Constant(mesh, float(y)),
-            bending=fem.Constant(mesh, float(stiffness.bending)),
-            poisson_ratio=fem.Constant(mesh, float(stiffness.poisson_ratio)),
-            stretching=fem.Constant(mesh, float(stiffness.stretching)),
-            springs=[fem.Constant(mesh, spring) for spring in springs],
-        )
-
-    @property
-    def all(self) -> list[Any]:
-        """One after the other."""
-        numbers = [self.tension_x, self.tension_y, self.bending, self.poisson_ratio]
-        return [*numbers, self.stretching, *self.springs]
-
-
 @attrs.frozen(eq=False, kw_only=True)
 class Plate:
     """Function spaces and energies of a plate or membrane about one state. Never changed.
 
     domain : the mesh and its tagged boundary; mirrors : axes at which it is cut, integrals are over
     the part that is meshed; degree : of the deflection and of the in-plane displacement; bending :
-    with bending stiffness (plate) or without (membrane); held, supported, clamped : local facets
-    where w = 0, where u = 0 and where w_n = 0; springs : those of the elastic edges, by name;
-    deflections, in_plane : spaces of w and u; w, u : functions that forms are written in, whose
-    values belong to who assembles; edges : integration over the clamped edge, each mirror and each
-    elastic edge; solvers : make what solves on the degrees of freedom; stiffness, state : what the
-    forms are made for.
+    with bending stiffness (plate) or without (membrane); held, clamped : local facets where w = 0
+    and where w_n = 0; holding : where and how supports hold u; deflections, in_plane : spaces of w
+    and u; w, u : functions that forms are written in, whose values belong to who assembles; edges :
+    integration over them; solvers : make what solves on the degrees of freedom; stiffness, state :
+    what the forms are made for.
     """
 
     domain: Domain
@@ -119,7 +68,7 @@ class Plate:
     degree: int
     bending: bool
     held: np.ndarray
-    supported: np.ndarray
+    holding: Holding
     clamped: np.ndarray
     deflections: Any
     in_plane: Any
@@ -147,34 +96,37 @@ class Plate:
         bending: bool | None = None,
         mirrors: Mirrors | None = None,
         solvers: Solvers | None = None,
+        in_plane: Mapping[str, str] | None = None,
     ) -> Plate:
         """The plate on a domain. Collective.
 
         clamped, pinned : names of the boundary curves where the film is clamped or simply
-        supported; on both w = 0 and u = 0.  Where the stiffness has springs u = 0, and w = 0 where
+        supported; on both w = 0, and u = 0.  Where the stiffness has springs u = 0, and w = 0 where
         the transverse one is None.  All other curves are free.  bending : None for that of the
-        stiffness.
+        stiffness.  in_plane : names of boundary curves -> how u is held there instead: "fixed",
+        "normal" (across the curve), "tangential" (along it) or "free".
         """
         mesh, stiffness = domain.mesh, stiffness or Stiffness()
         mirrors = mirrors or Mirrors()
         springs = stiffness.springs
         rigid = [name for name, (transverse, _) in springs.items() if transverse is None]
         deflections = compat.lagrange_space(mesh, degree)
-        in_plane = compat.lagrange_space(mesh, degree, components=2)
+        plane = compat.lagrange_space(mesh, degree, components=2)
         edge = domain.facets_of(list(clamped))
+        kinds = dict.fromkeys([*clamped, *pinned, *springs], "fixed") | dict(in_plane or {})
         return cls(
             domain=domain,
             mirrors=mirrors,
             degree=degree,
             bending=stiffness.bending > 0 if bending is None else bending,
             held=domain.facets_of([*clamped, *pinned, *rigid]),
-            supported=domain.facets_of([*clamped, *pinned, *springs]),
+            holding=Holding.of(domain, degree, plane, kinds, stiffness.in_plane),
             clamped=edge,
             deflections=deflections,
-            in_plane=in_plane,
+            in_plane=plane,
             w=fem.Function(deflections),
-            u=fem.Function(in_plane),
-            edges=Edges.of(domain, edge, mirrors, list(springs), 2 * degree),
+            u=fem.Function(plane),
+            edges=Edges.of(domain, edge, mirrors, stiffness, 2 * degree),
             solvers=solvers or Solvers(),
             stiffness=stiffness,
             state=state or State(),
@@ -217,14 +169,24 @@ class Plate:
     def stretching_energy(self, u: Any, w: Any) -> Any:
         """1/2 int E:C:E, quadratic in u and quartic in w."""
         strain = membrane_strain(u, w, self.state.shape)
-        return self._stored(strain) * self.dx(self.stretching_degree)
+        return self._stored(strain) * self.dx(self.stretching_degree) + self._yielding(u)
 
     def tangent_energy(self, u: Any, w: Any) -> Any:
         """The part of the stretching energy that is quadratic in (u, w)."""
         strain = ufl.sym(ufl.grad(u))
         if self.state.shape is not None:
             strain = strain + ufl.sym(ufl.outer(ufl.grad(self.state.shape), ufl.grad(w)))
-        return self._stored(strain) * self.dx(self.stretching_degree)
+        return self._stored(strain) * self.dx(self.stretching_degree) + self._yielding(u)
+
+    def _yielding(self, u: Any) -> Any:
+        """Energy of the edges that are elastic in the plane; 0 where there are none."""
+        normal, energy = ufl.FacetNormal(self.domain.mesh), 0
+        for stiffness, edge in zip(self._constants.in_plane, self.edges.in_plane):
+            across = ufl.dot(u, normal)
+            along = u[1] * normal[0] - u[0] * normal[1]
+            density = stiffness[0] * across**2 + stiffness[1] * along**2
+            energy = energy + 0.5 * self._constants.stretching * density * edge
+        return energy
 
     def attraction_energy(self, w: Any) -> Any:
         """Energy of the attraction to the gate beyond second order in w."""
@@ -238,8 +200,9 @@ class Plate:
 
     def tension_energy(self, w: Any) -> Any:
         """1/2 int N0:(grad w (x) grad w)."""
-        x, y = self._constants.tension_x, self._constants.tension_y
-        energy = 0.5 * (x * w.dx(0) ** 2 + y * w.dx(1) ** 2) * self.dx(2 * self.degree)
+        x, y, xy = self._constants.tension_x, self._constants.tension_y, self._constants.shear
+        density = x * w.dx(0) ** 2 + y * w.dx(1) ** 2 + 2 * xy * w.dx(0) * w.dx(1)
+        energy = 0.5 * density * self.dx(2 * self.degree)
         if self.state.prestress is None:
             return energy
         slope = ufl.grad(w)
@@ -255,8 +218,8 @@ class Plate:
 
     def membrane_force(self) -> Any:
         """Tensor N0 of the state."""
-        x, y = self._constants.tension_x, self._constants.tension_y
-        force = ufl.as_matrix([[x, 0.0], [0.0, y]])
+        x, y, xy = self._constants.tension_x, self._constants.tension_y, self._constants.shear
+        force = ufl.as_matrix([[x, xy], [xy, y]])
         return force if self.state.prestress is None else force + self.state.prestress
 
     def stretching_force(self, u: Any, w: Any) -> Any:
@@ -352,8 +315,8 @@ class Plate:
             return compat.form(write(*switches))
         mesh = self.domain.mesh
         element = self.degree, compat.cell_nodes(mesh).shape[1], mesh.geometry.dim
-        elastic = len(self.edges.elastic)
-        kind = write.__name__, *element, self.bending, self.mirrors.axes, elastic
+        elastic = len(self.edges.elastic), len(self.edges.in_plane)
+        kind = write.__name__, *element, self.bending, self.mirrors.axes, *elastic
         return forms.compiled(kind, lambda: write(*switches), self.operands(switches))
 
     def operands(self, switches: Sequence[Any] = ()) -> forms.Operands:
@@ -391,3 +354,13 @@ class Plate:
         """In-plane stiffness: second derivative of the stretching energy in u, whatever w."""
         energy = self.stretching_energy(self.u, self.w)
         return ufl.derivative(ufl.derivative(energy, self.u), self.u)
+
+    def plane_spring_form(self) -> Any:
+        """The part of that which elastic edges have."""
+        return ufl.derivative(ufl.derivative(self._yielding(self.u), self.u), self.u)
+
+    def curvature_form(self, w: Any) -> Any:
+        """2 D int kappa:kappa |grad w|^2, the cubic coefficient of bending without stretching."""
+        slope = ufl.grad(w)
+        density = ufl.inner(self._moment(w), ufl.grad(ufl.grad(w))) * ufl.inner(slope, slope)
+        return 2 * self._constants.bending * density * self.dx(self.stretching_degree)

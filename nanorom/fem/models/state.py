@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import attrs
+import numpy as np
 
 from nanorom.fem.models.gate import Attraction
 
@@ -20,28 +21,37 @@ Spring = tuple[float | None, float]  # transverse (None: rigid) and rotational, 
 class Stiffness:
     """What a plate resists with, in the film's units.
 
-    bending : D; stretching : E h; springs : of the elastic edges, by boundary curve.
+    bending : D; stretching : E h; springs : of the elastic edges, by boundary curve; in_plane : of
+    those that are elastic in the plane, normal and tangential per length and E h.
     """
 
     bending: float = 0.0
     stretching: float = 1.0
     poisson_ratio: float = 0.0
     springs: Mapping[str, Spring] = attrs.field(factory=dict)
+    in_plane: Mapping[str, tuple[float, float]] = attrs.field(factory=dict)
 
 
 @attrs.frozen(eq=False)
 class State:
     """An equilibrium that the displacement of a plate is measured from.
 
-    tension : constant membrane force along x and y; shape : deflection from the plane (Function),
-    None where the film is flat; prestress : membrane force (UFL tensor) beside the tension, None
-    where there is none; attraction : to a gate, None where there is none.
+    tension, shear : constant membrane force along x and y, and between them; shape : deflection
+    from the plane (Function), None where the film is flat; prestress : membrane force (UFL tensor)
+    beside the tension, None where there is none; attraction : to a gate, None where there is none.
     """
 
     tension: tuple[float, float] = (1.0, 1.0)
     shape: Any = None
     prestress: Any = None
     attraction: Attraction | None = None
+    shear: float = 0.0
+
+    @property
+    def tensor(self) -> np.ndarray:
+        """(2, 2) of the constant membrane force."""
+        (x, y), xy = self.tension, self.shear
+        return np.array([[x, xy], [xy, y]])
 
     @property
     def odd(self) -> bool:

@@ -156,11 +156,12 @@ def extrapolated(tails: np.ndarray) -> np.ndarray:
 def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
     """Energies (3, n) of tension and bending in this rank's cells, see `_tails`."""
     dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
-    tension = np.abs(plate.state.tension) + stiffening
+    values, axes = np.linalg.eigh(plate.state.tensor)
+    tension = (axes * (np.abs(values) + stiffening)) @ axes.T
     bending = plate.stiffness.bending if plate.bending else 0.0
     tails = np.zeros((3, deflections.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
-        slopes = np.einsum("c,d,cad,cbd->cab", area, tension, inverse, inverse)
+        slopes = np.einsum("c,de,cad,cbe->cab", area, tension, inverse, inverse)
         curvatures = None
         if bending:
             # grad grad of the reference cell's xx, xy and yy, the curvature of the map left out

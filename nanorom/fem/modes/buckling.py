@@ -40,7 +40,7 @@ def told(plate: Plate, tension: Tension, loaded: bool) -> str:
         )
     if not plate.state.uniform:
         return "the static state is not stable under its load; lower the load or raise the tension"
-    if tension.x == tension.y == 0:
+    if tension.x == tension.y == tension.xy == 0:
         return (
             "the film is not stable: its supports leave it a motion that nothing resists; hold "
             "more of its sides, or clamp one"
@@ -48,6 +48,8 @@ def told(plate: Plate, tension: Tension, loaded: bool) -> str:
     factor = critical_factor(plate)
     x, y = factor * tension.x, factor * tension.y
     values = f"{x:.8g} N/m" if x == y else f"{x:.8g} N/m along x and {y:.8g} N/m along y"
+    if tension.xy:
+        values += f" with a shear of {factor * tension.xy:.8g} N/m"
     return (
         f"the flat state is not stable: the film buckles at {factor:.6g} of the stated tension; "
         f"the critical tension is {values}: raise the tension above it"

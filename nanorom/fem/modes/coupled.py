@@ -71,11 +71,16 @@ class CoupledSolver(eigen.ClassSolver):
         self.parity = parity
         self.film = film
         self.plate = film.plate
-        self.free = algebra.FreeDofs(film.space, film.fixed(parity))
+        self.free = film.free_dofs(parity)
         self._stiffness, self._mass = stiffness, mass
         self._linear_force = force
+        self._shift = None
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))
+
+    def _rigid_motions(self, mass: PETSc.Mat) -> int:
+        """None: a film that is not flat is held."""
+        return 0
 
     def deflection(self, i: int) -> np.ndarray:
         """Deflection (local dofs,) of a mode, numbered as the plate does. Collective."""

@@ -14,6 +14,7 @@ from slepc4py import SLEPc
 from nanorom.errors import SolverError
 from nanorom.fem.models.operators import ClassStiffness, Columns, LinearForce, free_deflections
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes import rigid
 from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.modes.refine import polished
 from nanorom.fem.solvers import (
@@ -145,28 +146,34 @@ class ClassSolver:
         self._stiffness, self._mass = stiffness, mass
         self._linear_force = force
         self.plate = plate
+        self._shift: tuple[float, PETSc.Mat] | None = None
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))
 
     @property
     def exhausted(self) -> bool:
         """True when every mode that the mesh gives has been computed."""
-        return len(self.eigenvalues) == self.free.size
+        return self._shift is None and len(self.eigenvalues) == self.free.size
 
     def compute(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The ``count`` lowest eigenvalues, or all there are, and their vectors. Collective."""
         k = self.free.restrict(self._stiffness[self.parity])
         m = self.free.restrict(self._mass)
         compat.free_memory(self.free.comm)  # of the class's stiffness on all degrees of freedom
-        asked = min(count, self.free.size)
+        n_rigid, shift = self._rigid_motions(m), 0.0
+        if n_rigid:
+            shift = rigid.scale(self.plate)
+            self._shift = shift, m
+            k.axpy(shift, m, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        asked = min(count + n_rigid, self.free.size)
         if self.plate.solvers.iterates(self.free):
-            found = self._iterated(k, m, asked)
+            values, vectors = self._iterated(k, m, asked)
         else:
-            found = lowest(k, m, asked, self._force)
+            values, vectors = lowest(k, m, asked, self._force)
         k.destroy()
         m.destroy()
         compat.free_memory(self.free.comm)
-        return found
+        return values[n_rigid:] - shift, vectors[:, n_rigid:]
 
     def _iterated(self, k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The lowest modes, by iterations from those of the same mesh in degree 2. Collective."""
@@ -201,8 +208,16 @@ class ClassSolver:
         return values, start
 
     def _force(self, vectors: np.ndarray) -> np.ndarray:
-        """What the stiffness does to vectors (owned free rows, m). Collective."""
-        return self._linear_force(self.parity, self.free.extended(vectors))[self.free.local]
+        """What the stiffness does to vectors (owned free rows, m), the shift's too. Collective."""
+        force = self.free.taken(self._linear_force(self.parity, self.free.extended(vectors)))
+        if self._shift is None:
+            return force
+        shift, mass = self._shift
+        return force + shift * algebra.multiply(mass, vectors)
+
+    def _rigid_motions(self, mass: PETSc.Mat) -> int:
+        """How many motions without a frequency the class has. Collective."""
+        return rigid.count(self.plate, self.parity, self.free, mass, self._linear_force)
 
     def deflection(self, i: int) -> np.ndarray:
         """Deflection (local dofs,) of a mode. Collective."""

@@ -21,6 +21,7 @@ from nanorom.fem.modes.normal import orient
 from nanorom.fem.symmetry import Parity, is_square, is_symmetric
 from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import deflection_of
 
 MIXED = 0.9  # a second component at least so large makes a name of two
 PURE = 0.99  # of a shape's square in one harmonic: less is a mixture
@@ -30,23 +31,28 @@ RADIAL_GRID = 501  # points of a tabulated Bessel function: enough to tell modes
 def name(scene: Scene, modes: AnyModes) -> tuple[AnyModes, list[str]]:
     """Orient degenerate modes and name all of them by the scene's shape. Collective."""
     if isinstance(scene.geometry, Disc):
-        return name_drum(modes, is_symmetric(scene), scene.tension.x == scene.tension.y)
+        symmetric = not scene.tension.xy and is_symmetric(scene)
+        free = deflection_of(scene.support.kind("edge")) == "free"
+        return name_drum(modes, symmetric, scene.tension.is_isotropic, free)
     if isinstance(scene.geometry, Rectangle):
-        free = {side: kind == "free" for side, kind in scene.supports.items()}
+        ends = {side: deflection_of(kind) == "free" for side, kind in scene.supports.items()}
         equal = DEGENERATE
         if not is_square(scene) and scene.accuracy.tolerance is not None:
             equal = min(equal, scene.accuracy.tolerance)
         return name_rectangle(
-            modes, free["left"] and free["right"], free["bottom"] and free["top"], equal
+            modes, ends["left"] and ends["right"], ends["bottom"] and ends["top"], equal
         )
     return name_by_number(modes)
 
 
-def name_drum(modes: AnyModes, symmetric: bool, isotropic: bool) -> tuple[AnyModes, list[str]]:
+def name_drum(
+    modes: AnyModes, symmetric: bool, isotropic: bool, free: bool = False
+) -> tuple[AnyModes, list[str]]:
     """Orient the pairs of a drum and name its modes ``f01``, ``f11c``, ``f11s``... Collective.
 
     ``symmetric``: both axes are mirrors of the drum and its load, so that what splits a pair lies
-    along them; ``isotropic``: the tension is, so that nothing splits a pair of a symmetric drum.
+    along them; ``isotropic``: the tension is, so that nothing splits a pair of a symmetric drum;
+    ``free``: its edge is no nodal circle.
     """
     candidates = _drum_modes(modes.shapes.shape[1])
     content = _drum_content(modes, candidates)
@@ -85,8 +91,22 @@ def name_drum(modes: AnyModes, symmetric: bool, isotropic: bool) -> tuple[AnyMod
             if one[0] > 0
         ]
         modes, keys = _sorted(modes, pairs, keys)
+    if free:
+        keys = [(p, circles, side) for (p, _, side), circles in zip(keys, _circles(keys))]
     separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
     return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
+
+
+def _circles(keys: list[tuple]) -> list[int]:
+    """Nodal circles of the modes of a free disc, from (p, m, side) in the order of frequencies.
+
+    Those of p = 0 and 1 without any are rigid motions, which are left out.
+    """
+    found = []
+    for i, (p, _, side) in enumerate(keys):
+        before = sum((q, other) == (p, side) for q, _, other in keys[:i])
+        found.append(before + (1 if p < 2 else 0))
+    return found
 
 
 def _diameters(content: np.ndarray, candidates: list[tuple[int, int]]) -> np.ndarray | None:

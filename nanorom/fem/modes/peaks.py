@@ -4,7 +4,7 @@ At a point a finite-element function of degree k is right to order k + 1, its sm
 order 2 k: what remains of a tensor's error is that of the peaks by which shapes are scaled.  In a
 flat film of constant tension every mode solves
 
-    D lap lap phi - T_x phi_xx - T_y phi_yy = lambda phi,
+    D lap lap phi - T_x phi_xx - T_y phi_yy = lambda phi,      x, y along the axes of the tension,
 
 of which plane and evanescent waves exp(i k d.x) are exact solutions for every direction d,
 with D k^4 + T(d) k^2 = lambda and T(d) = T_x d_x^2 + T_y d_y^2.  So are the products of sines and
@@ -82,12 +82,14 @@ def _settled(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 class _Waves:
     """Waves about a mode's peak, and the disc on which they are fitted.
 
-    straight, evanescent: wavenumbers and decay rates (2, m) along x and y; even: along x and y,
-    whether the peak lies on a mirror, so that the mode is even about it.
+    axes: (2, 2) columns are those of the tension, x and y but for a sheared one; straight,
+    evanescent: wavenumbers and decay rates (2, m) along them; even: along them, whether the peak
+    lies on a mirror, so that the mode is even about it.
     """
 
     centre: np.ndarray
     radius: float
+    axes: np.ndarray
     straight: np.ndarray
     evanescent: np.ndarray
     even: np.ndarray
@@ -98,7 +100,10 @@ class _Waves:
         plate, eigenvalue = modes.plate, modes.eigenvalues[i]
         angle = np.pi / 2 * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
         direction = np.array([np.cos(angle), np.sin(angle)])
-        tension = plate.state.tension @ direction**2
+        principal, axes = plate.state.tensor.diagonal(), np.eye(2)
+        if plate.state.shear:
+            principal, axes = np.linalg.eigh(plate.state.tensor)
+        tension = principal @ direction**2
         bending = plate.stiffness.bending if plate.bending else 0.0
         root = np.sqrt(tension**2 + 4 * bending * eigenvalue)
         with np.errstate(divide="ignore"):
@@ -119,6 +124,7 @@ class _Waves:
         return cls(
             np.where(even, 0.0, centre),
             radius,
+            axes,
             (direction * waves)[:, straight],
             (direction * np.where(mild, decays, 0.0))[:, mild],
             even,
@@ -132,7 +138,7 @@ class _Waves:
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """Values (n, w) at points (n, 2), at most about 1 in size on the disc."""
-        away = points - self.centre
+        away = (points - self.centre) @ self.axes
         largest = np.cosh(self.radius * np.hypot(*self.evanescent))
         return np.hstack(
             [

@@ -149,7 +149,7 @@ def viscous(
         raise SceneError("damping.material_time: only for a film that its load leaves flat")
     if plate.stiffness.springs:
         raise SceneError("damping.material_time: only for rigid supports; found springs")
-    bending = products.stiffness - np.einsum("d,drs->rs", plate.state.tension, products.slopes)
+    bending = products.stiffness - products.tensioned(plate.state.tensor)
     in_plane = scene.reduction.in_plane
     pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
     return {

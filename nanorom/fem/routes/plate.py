@@ -14,7 +14,7 @@ from nanorom.fem import plan_text
 from nanorom.fem.fields import places
 from nanorom.fem.mesh import discretisation
 from nanorom.fem.models import inertia, layer
-from nanorom.fem.models.build import build_plate, pulls_at_free_edge
+from nanorom.fem.models.build import build_plate, check_springs, pulls_at_free_edge
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy, buckling, coupled, eigen
 from nanorom.fem.modes import names as labels
@@ -33,9 +33,11 @@ from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import is_of_revolution
+from nanorom.fem.tensors import inextensional
 from nanorom.files.partial import Journal
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.scene import Scene
 
 THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
 REFINEMENT = Refinement(most=5, finer=0.3, told="estimated error")
@@ -221,6 +223,11 @@ class PlateRoute(Route):
 
     of_plates = True
 
+    def check(self, scene: Scene) -> None:
+        """Raise SceneError for springs beyond what can be computed, too."""
+        super().check(scene)
+        check_springs(scene, Scales.of(scene))
+
     def groups(self, plan: Plan, ranks: int, memory: float) -> int:
         """Groups share classes of symmetry, which wait for each other less than ranks that share a
         mesh do; memory in free bytes."""
@@ -265,9 +272,12 @@ class PlateRoute(Route):
         scene = plan.scene
         chosen = plan.discretisation(scene.accuracy.tolerance)
         cells = discretisation.cells_of(chosen)
+        where, columns = "", self.load_cases(plan)[0]
         if cells is None:
-            return f"degree {chosen.degree} on the mesh of {chosen.file.name}"
-        dofs, columns = plan.dofs or 0, self.load_cases(plan)[0]
+            cells, sides = discretisation.measured(chosen)
+            sides = sides * plan.scales.length
+            where = f"{chosen.file.name}, {sides[0]:.3g} m by {sides[1]:.3g} m: "
+        dofs = discretisation.dofs_of(cells, chosen.degree)
         per_column = SECONDS_PER_CASE
         if self.method(scene) == "direct":
             per_column = SECONDS_PER_PAIR
@@ -275,8 +285,8 @@ class PlateRoute(Route):
             columns *= len(scene.modes.numbers)
         seconds = SECONDS_FIXED + SECONDS_PER_DOF * dofs + per_column * columns * dofs
         return (
-            f"{cells} cells of degree {chosen.degree}, about {dofs} degrees of freedom of the "
-            f"deflection, about {seconds:.1g} s on one core, once the forms are compiled"
+            f"{where}{cells} cells of degree {chosen.degree}, about {dofs} degrees of freedom of "
+            f"the deflection, about {seconds:.1g} s on one core, once the forms are compiled"
         )
 
     def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:
@@ -299,6 +309,9 @@ class PlateRoute(Route):
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
         check_uncoupled(stiffness, solution.names)
+        own, unit = np.einsum("iiii->i", force.cubic), scales.tension / scales.length**2
+        curvature = inextensional.curvature_cubic(modes, own / unit, products.stiffness.diagonal())
+        of_range = inextensional.told(curvature, own / unit, solution.names, unit)
         parts = Parts(
             frequency=frequency,
             mass=scales.mass * products.mass,
@@ -315,7 +328,7 @@ class PlateRoute(Route):
             viscous=viscous(scene, scales, modes, products),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
-            diagnostics=solution.diagnostics | _size(plate),
+            diagnostics=solution.diagnostics | of_range | _size(plate),
         )
         mass_matrix = modes.mass  # it keeps the film's communicator
         del solution, modes, plate, products, force

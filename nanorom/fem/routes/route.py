@@ -5,6 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from math import comb
 
+import numpy as np
+
+from nanorom.fem.mesh import discretisation
 from nanorom.fem.models import initial_shape
 from nanorom.fem.output.model import Parts
 from nanorom.fem.plan import Plan
@@ -12,6 +15,7 @@ from nanorom.fem.plan_text import Item
 from nanorom.fem.solvers.groups import Team
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.files.partial import Journal
+from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
 
 
@@ -19,13 +23,17 @@ class Route(ABC):
     """What it refuses, what it needs, what that costs, and the parts of the model that it makes.
 
     of_plates: its film is a plate or membrane, whose states can be followed with their load, and
-    whose own periodic orbits can be solved for.
+    whose own periodic orbits can be solved for; in_space: a mesh file may be a surface in space.
     """
 
     of_plates = False
+    in_space = False
 
     def check(self, scene: Scene) -> None:
         """Raise SceneError for what this route cannot do, before anything expensive."""
+        span = plausibility.span_of(scene)
+        if span is not None:
+            plausibility.check(scene, span)
         if scene.plate.initial_shape is not None:
             initial_shape.read_table(scene.plate.initial_shape)
 
@@ -49,6 +57,16 @@ class Route(ABC):
     @abstractmethod
     def cost(self, plan: Plan) -> str:
         """Predicted size and run time, in words."""
+
+    def span(self, plan: Plan) -> plausibility.Span:
+        """Shorter and longer side of the film in m; a mesh file is read for it. One process."""
+        known = plausibility.span_of(plan.scene)
+        if known is not None:
+            return known
+        chosen = plan.discretisation(plan.scene.accuracy.tolerance)
+        _, sides = discretisation.measured(chosen, self.in_space)
+        *_, short, long = np.sort(sides) * plan.scales.length
+        return float(short), float(long)
 
     @abstractmethod
     def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:

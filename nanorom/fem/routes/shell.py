@@ -61,6 +61,8 @@ class Solution:
 class ShellRoute(Route):
     """Geometrically exact shells, by STEP."""
 
+    in_space = True
+
     def check(self, scene: Scene) -> None:
         """Raise SceneError for what a shell cannot be asked."""
         super().check(scene)
@@ -96,10 +98,13 @@ class ShellRoute(Route):
         scene = plan.scene
         chosen = plan.discretisation(scene.accuracy.tolerance)
         cells = discretisation.cells_of(chosen)
+        where = ""
         if cells is None:
-            return f"degree {chosen.degree} on the mesh of {chosen.file.name}"
+            cells, sides = discretisation.measured(chosen, self.in_space)
+            box = " by ".join(f"{side * plan.scales.length:.3g} m" for side in sides)
+            where = f"{chosen.file.name}, {box}: "
         cells *= chosen.mirrors.copies
-        return f"{cells} cells of degree {scene.accuracy.degree or SHELL_DEGREE} or more"
+        return f"{where}{cells} cells of degree {scene.accuracy.degree or SHELL_DEGREE} or more"
 
     def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:
         """Static state, modes, load cases, patterns; a flat shell is compared with the plate."""

@@ -37,9 +37,13 @@ class FreeDofs:
     """The degrees of freedom of a space that no support holds.
 
     fixed : local numbers (unrolled, ghosts included) of the supported degrees of freedom.
+    turned : local nodes (k,) whose first two components are held along directions (k, 2) alone;
+        the free degree of freedom there is the displacement across.
     """
 
-    def __init__(self, space: Any, fixed: np.ndarray) -> None:
+    def __init__(
+        self, space: Any, fixed: np.ndarray, turned: tuple[np.ndarray, np.ndarray] | None = None
+    ) -> None:
         index_map, block = space.dofmap.index_map, space.dofmap.index_map_bs
         self.n_owned = index_map.size_local * block
         self.n_local = self.n_owned + index_map.num_ghosts * block
@@ -48,6 +52,11 @@ class FreeDofs:
         start = index_map.local_range[0] * block
         free = np.ones(self.n_owned, dtype=bool)
         free[fixed[fixed < self.n_owned]] = False
+        self.turned = turned is not None and bool(self.comm.allreduce(len(turned[0])))
+        self._first, self._along = np.empty(0, dtype=np.int64), np.empty((0, 2))
+        if turned is not None:
+            self._first, self._along = block * turned[0], turned[1]
+            free[self._first[self._first < self.n_owned]] = False
         self.local = np.flatnonzero(free)
         self.set = PETSc.IS().createGeneral(
             (start + self.local).astype(PETSc.IntType), comm=self.comm
@@ -59,30 +68,70 @@ class FreeDofs:
         found = np.zeros((self.n_local, values.shape[1]))
         if self.comm.size == 1:
             found[self.local] = values
-            return found
+            return self._turned_back(found)
         function = fem.Function(self.space)
         for i in range(values.shape[1]):
             function.x.array[:] = 0.0
             function.x.array[self.local] = values[:, i]
             function.x.scatter_forward()
             found[:, i] = function.x.array
-        return found
+        return self._turned_back(found)
+
+    def taken(self, values: np.ndarray) -> np.ndarray:
+        """Owned free rows (rows, ...) of owned or local values (dofs, ...)."""
+        if not self.turned:
+            return values[self.local]
+        own = self._first < self.n_owned
+        at, (x, y) = self._first[own], self._along[own].T
+        turned = values[: self.n_owned].copy().T
+        along, across = turned[..., at], turned[..., at + 1]
+        turned[..., at], turned[..., at + 1] = x * along + y * across, x * across - y * along
+        return turned.T[self.local]
+
+    def _turned_back(self, values: np.ndarray) -> np.ndarray:
+        """Components along x and y, in place, of values (local dofs, m) along held directions."""
+        at, (x, y) = self._first, self._along.T[..., None]
+        along, across = values[at].copy(), values[at + 1].copy()
+        values[at], values[at + 1] = x * along - y * across, y * along + x * across
+        return values
 
     def summed(self, values: np.ndarray) -> np.ndarray:
         """Owned free rows (rows, m) of local values (local dofs, m), ghosts' added. Collective."""
         if self.comm.size == 1:
-            return values[self.local]
+            return self.taken(values)
         function = fem.Function(self.space)
         found = np.empty((len(self.local), values.shape[1]))
         for i in range(values.shape[1]):
             function.x.array[:] = values[:, i]
             compat.scatter_reverse_add(function)
-            found[:, i] = function.x.array[self.local]
+            found[:, i] = self.taken(function.x.array)
         return found
 
-    def restrict(self, matrix: PETSc.Mat) -> PETSc.Mat:
-        """Rows and columns of the free degrees of freedom."""
-        return matrix.createSubMatrix(self.set, self.set)
+    def restrict(self, matrix: PETSc.Mat, into: PETSc.Mat | None = None) -> PETSc.Mat:
+        """Rows and columns of the free degrees of freedom. Collective."""
+        if not self.turned:
+            return matrix.createSubMatrix(self.set, self.set, into)
+        turning = self._turning(matrix)
+        whole = matrix.ptap(turning)
+        found = whole.createSubMatrix(self.set, self.set, into)
+        for temporary in (turning, whole):
+            temporary.destroy()
+        return found
+
+    def _turning(self, matrix: PETSc.Mat) -> PETSc.Mat:
+        """Matrix from values along held directions and across them to those along x and y."""
+        found = PETSc.Mat().createAIJ(matrix.getSizes(), nnz=(2, 2), comm=self.comm)
+        start = matrix.getOwnershipRange()[0]
+        own = self._first < self.n_owned
+        straight = np.ones(self.n_owned, dtype=bool)
+        for at, (x, y) in zip(self._first[own], self._along[own]):
+            straight[at : at + 2] = False
+            pair = np.array([start + at, start + at + 1], dtype=PETSc.IntType)
+            found.setValues(pair, pair, [x, -y, y, x])
+        for row in start + np.flatnonzero(straight):
+            found.setValue(int(row), int(row), 1.0)
+        found.assemble()
+        return found
 
 
 def use_cholesky(solver: PETSc.KSP) -> None:

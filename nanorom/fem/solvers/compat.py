@@ -260,17 +260,31 @@ def operands(expression: Any, form: Any) -> tuple[list[Any], list[Any], list[Any
     )
 
 
-def facet_measures(mesh: Any, groups: Sequence[np.ndarray], metadata: dict[str, Any]) -> list[Any]:
+def facet_measures(
+    mesh: Any,
+    groups: Sequence[np.ndarray],
+    metadata: dict[str, Any],
+    others: Sequence[np.ndarray] = (),
+) -> list[Any]:
     """Integration over each of some disjoint groups of exterior facets (local numbers).
 
+    Then over each of ``others``, disjoint among themselves, whose facets may be of the groups too.
     A form may hold any of them together, but none of another call.
     """
-    facets = np.concatenate([*groups, np.empty(0, dtype=np.int32)]).astype(np.int32)
-    numbers = np.repeat(np.arange(1, len(groups) + 1), [len(group) for group in groups])
-    facets, first = np.unique(facets, return_index=True)
-    tags = dolfinx.mesh.meshtags(mesh, 1, facets, numbers[first].astype(np.int32))
+    every = [*groups, *others, np.empty(0, dtype=np.int32)]
+    facets = np.unique(np.concatenate(every)).astype(np.int32)
+    numbers = np.zeros(len(facets), dtype=np.int32)
+    for number, group in enumerate(groups, 1):
+        numbers[np.isin(facets, group) & (numbers == 0)] = number
+    stride = len(groups) + 1
+    for number, group in enumerate(others, 1):
+        numbers[np.isin(facets, group)] += number * stride
+    tags = dolfinx.mesh.meshtags(mesh, 1, facets, numbers)
     edge = ufl.Measure("ds", domain=mesh, subdomain_data=tags, metadata=metadata)
-    return [edge(number) for number in range(1, len(groups) + 1)]
+    beside = range(len(others) + 1)
+    own = [tuple(g + stride * i for i in beside) for g in range(1, stride)]
+    own += [tuple(stride * number + g for g in range(stride)) for number in beside[1:]]
+    return [edge(ids if len(ids) > 1 else ids[0]) for ids in own]
 
 
 def scatter_reverse_add(function: Any) -> None:

@@ -53,7 +53,7 @@ class Solvers:
     def iterates(self, free: algebra.FreeDofs) -> bool:
         """Whether solutions are found by iterations."""
         wanted = self.kind == "multigrid" or self.kind == "auto" and free.size > LARGEST_FACTORS
-        return wanted and has_coarse(free)
+        return wanted and has_coarse(free) and not free.turned
 
     def note(self, iterations: int, residual: float) -> None:
         """Remember the worst of what iterations came to."""

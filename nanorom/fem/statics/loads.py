@@ -111,7 +111,7 @@ def problem(film: Film, load: Load | None) -> StaticProblem:
         energy,
         load.form,
         load.nodal,
-        film.fixed(even),
+        film.free_dofs(even),
         constant=linear,
         force=lambda columns: force(even, columns),
     )

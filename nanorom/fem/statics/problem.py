@@ -34,7 +34,7 @@ class StaticProblem:
     energy : UFL energy of the model as a functional of the state.
     load : linear form F(x; v) of a unit load, which may depend on the state, or None.
     nodal_load : (local dofs,) further unit load, e.g. a point force.
-    fixed : local numbers (unrolled) of the degrees of freedom that do not move.
+    fixed : local numbers (unrolled) of the degrees of freedom that do not move, or those that do.
     constant : stiffness (all degrees of freedom) of a further energy, quadratic in the state.
     force : what that stiffness does to (local dofs, m), to more digits than its entries have.
     symmetric : the load has a potential too (False for a follower load on a free edge).
@@ -46,19 +46,20 @@ class StaticProblem:
         energy: Any,
         load: Any = None,
         nodal_load: np.ndarray | None = None,
-        fixed: np.ndarray | None = None,
+        fixed: np.ndarray | algebra.FreeDofs | None = None,
         symmetric: bool = True,
         constant: PETSc.Mat | None = None,
         force: Columns | None = None,
     ) -> None:
         self.state = state
         self.space = state.function_space
-        self.free = algebra.FreeDofs(
-            self.space, np.empty(0, dtype=np.int32) if fixed is None else fixed
-        )
+        if not isinstance(fixed, algebra.FreeDofs):
+            none = np.empty(0, dtype=np.int32)
+            fixed = algebra.FreeDofs(self.space, none if fixed is None else fixed)
+        self.free = fixed
         self.symmetric = symmetric
         self.magnitude = fem.Constant(self.space.mesh, 0.0)
-        self._nodal = None if nodal_load is None else nodal_load[self.free.local]
+        self._nodal = None if nodal_load is None else self.free.taken(nodal_load)
         residual = ufl.derivative(energy, state)
         self._load = None
         if load is not None:
@@ -83,12 +84,15 @@ class StaticProblem:
 
     def free_values(self) -> np.ndarray:
         """Owned free degrees of freedom of the current state."""
-        return self.state.x.array[self.free.local].copy()
+        return self.free.taken(self.state.x.array).copy()
 
     def set_state(self, values: np.ndarray, magnitude: float) -> None:
         """Make a state (owned free dofs) under a load the current one. Collective."""
-        self.state.x.array[self.free.local] = values
-        self.state.x.scatter_forward()
+        if self.free.turned:
+            self.state.x.array[:] = self.free.extended(values[:, None])[:, 0]
+        else:
+            self.state.x.array[self.free.local] = values
+            self.state.x.scatter_forward()
         self.magnitude.value = magnitude
 
     def residual(self) -> np.ndarray:
@@ -96,14 +100,14 @@ class StaticProblem:
         r = algebra.assemble_vector(self._residual)
         if self._force is not None:
             r += self._force(self.state.x.array[:, None])[:, 0]
-        r = r[self.free.local]
+        r = self.free.taken(r)
         return r if self._nodal is None else r - float(self.magnitude.value) * self._nodal
 
     def load(self) -> np.ndarray:
         """F(x) on the owned free degrees of freedom. Collective."""
         f = np.zeros(len(self.free.local)) if self._nodal is None else self._nodal.copy()
         if self._load is not None:
-            f += algebra.assemble_vector(self._load)[self.free.local]
+            f += self.free.taken(algebra.assemble_vector(self._load))
         return f
 
     def assemble_stiffness(self) -> None:
@@ -112,7 +116,7 @@ class StaticProblem:
         compat.assemble_matrix_into(self._full, self._stiffness)
         if self._constant is not None:
             self._full.axpy(1.0, self._constant, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-        self._full.createSubMatrix(self.free.set, self.free.set, self.stiffness)
+        self.free.restrict(self._full, self.stiffness)
 
     def full_stiffness(self) -> PETSc.Mat:
         """dR/dx on all degrees of freedom, supported ones included. Collective."""

@@ -17,8 +17,12 @@ from nanorom.fem.models.coupled import Film
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.solvers import compat
 from nanorom.fem.statics import loads, path
+from nanorom.fem.statics.problem import StaticProblem
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Scene
+
+NEAR_LIMIT = 1e-3  # of the load that steps reached: the first step along the path from there
+MOST_TO_LIMIT = 60  # steps: load steps end within a few of a limit point
 
 
 @attrs.frozen
@@ -88,17 +92,34 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
         about = film.about()
         moved = None if plate.state.shape is None else film.deflection()
         return StaticState(about, moved, mean_tension(about), film.in_plane())
-    acting = load
+    acting, problem = load, loads.problem(film, load)
+
+    def accept(_: StaticProblem) -> bool:
+        return loads.admissible(film, acting)
+
     try:
-        for _ in path.load_steps(
-            loads.problem(film, acting), [1.0], lambda _: loads.admissible(film, acting)
-        ):
+        for _ in path.load_steps(problem, [1.0], accept):
             pass
     except SolverError as error:
+        if isinstance(error, LoadError) and 0.0 < error.reached and scene.load.voltage is not None:
+            error = pulled_in(problem, error, accept)
         raise SolverError(explained(scene.load, error)) from error
     about = film.about(load.attraction(1.0))
     relaxed = film.in_plane() if pulls_at_free_edge(plate) else None
     return StaticState(about, film.deflection(), mean_tension(about), relaxed)
+
+
+def pulled_in(problem: StaticProblem, error: LoadError, accept: path.Accept) -> LoadError:
+    """The error of load steps, which end somewhere near, with the limit point itself. Collective.
+
+    As it is where no limit point comes.
+    """
+    try:
+        step = NEAR_LIMIT * error.reached
+        limit = path.limit_point(problem, step, most_steps=MOST_TO_LIMIT, accept=accept)
+    except SolverError:  # none comes: the error stands as it is
+        return error
+    return LoadError(str(error), reached=limit.magnitude)
 
 
 def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:

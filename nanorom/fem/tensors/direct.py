@@ -138,7 +138,7 @@ def _class_products(
         displacements = _displacements(plate, shapes, pairs)
     energy, rigid = _pair_products(plate, shapes, pairs, displacements, told)
     known = dict.fromkeys(pairs, InPlane())
-    known |= {parity: inplane.known(plate, moved) for parity, moved in displacements.items()}
+    known |= {p: inplane.known(plate, moved, p) for p, moved in displacements.items()}
     return {p: ClassProducts(energy[p], rigid[p], known[p]) for p in pairs}
 
 
@@ -187,6 +187,9 @@ def _pair_products(
         energy[parity] += membrane.product(force, strain)
         if told is not None:
             told(field, slope, pairs[parity], force)
+    if plate.stiffness.in_plane:
+        for parity, moved in displacements.items():
+            energy[parity] += membrane.spring_work(plate, moved)
     comm = plate.domain.comm
     largest = {parity: float(comm.allreduce(r).max()) for parity, r in rigid.items()}
     return {parity: comm.allreduce(e) for parity, e in energy.items()}, largest

@@ -51,12 +51,12 @@ class Equilibrium:
         for first in range(0, loads.shape[1], self._solver.columns):
             some = slice(first, first + self._solver.columns)
             loads[:, some] = self.free.extended(
-                -self._solver.solve(loads[self.free.local, some], error)
+                -self._solver.solve(self.free.taken(loads[:, some]), error)
             )
 
     def correction(self, loads: np.ndarray) -> np.ndarray:
         """Small displacements (local dofs, m) that undo what loads are left. Collective."""
-        return self.free.extended(-self._solver.solve(loads[self.free.local]))
+        return self.free.extended(-self._solver.solve(self.free.taken(loads)))
 
     def product(self, displacements: np.ndarray) -> np.ndarray:
         """Forces (owned free dofs, m) of displacements, the same. Collective."""

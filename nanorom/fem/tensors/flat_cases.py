@@ -81,7 +81,7 @@ class FlatCases:
                 other = np.eye(n, k=apart)[:, first : first + MOST_COLUMNS]
                 force = self._trilinear(own, other, own)
                 largest = max(largest, np.abs(np.diag(force[first:])).max())
-                found += [inplane.known(self.plate, moved) for moved in self.displacement.values()]
+                found += [inplane.known(self.plate, u, p) for p, u in self.displacement.items()]
         return InPlane.of_parts(found, largest)
 
     def tangents(self, q: np.ndarray) -> np.ndarray:
@@ -160,6 +160,10 @@ class FlatCases:
                 force = membrane.force(self.plate, strain) * field.weights[..., None]
                 load = loads.setdefault(parity, membrane.no_load(self.plate, q1.shape[1]))
                 membrane.add_load(self.plate, field, force, load)
+        if self.plate.stiffness.in_plane:
+            for parity in self.displacement:
+                force = membrane.spring_force(self.plate, self.displacement[parity])
+                loads[parity][: len(force)] += force
         return loads
 
     def _mode_slopes(self, field: quadrature.CellFields) -> dict[Parity, tuple]:
@@ -177,7 +181,7 @@ class FlatCases:
         equilibrium = self._equilibria[parity]
         if again:
             return equilibrium.correction(load)
-        block = load[equilibrium.free.local]
+        block = equilibrium.free.taken(load)
 
         def residual(u: np.ndarray | None) -> np.ndarray:
             return block if u is None else block + equilibrium.product(u)

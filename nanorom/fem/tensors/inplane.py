@@ -15,6 +15,7 @@ from nanorom.fem.fields import membrane, quadrature
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy
 from nanorom.fem.solvers import compat
+from nanorom.fem.symmetry import Parity
 
 MOST_COLUMNS = 64  # the displacements of the first pairs are the smoothest
 DEPENDENT = 1e-4  # squares of unit displacements below this are those of the mesh's asymmetry
@@ -43,31 +44,38 @@ class InPlane:
         return cls(error, slowest, np.concatenate([part.energies for part in parts]))
 
 
-def known(plate: Plate, displacements: np.ndarray) -> InPlane:
-    """What displacements (local dofs, m) tell, errors not yet relative. Collective."""
+def known(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> InPlane:
+    """What displacements (local dofs, m) of a parity tell, errors not yet relative. Collective."""
     errors = accuracy.in_plane_errors(plate, displacements)
     unit = plate.stiffness.stretching
-    return InPlane(float(errors.max()), slowest(plate, displacements), errors / unit)
+    return InPlane(float(errors.max()), slowest(plate, displacements, parity), errors / unit)
 
 
-def slowest(plate: Plate, displacements: np.ndarray) -> float:
+def slowest(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> float:
     """Lowest squared frequency of Ritz in the span of displacements (local dofs, m), stiffness 1.
 
     It is above the lowest eigenvalue of what the deflections excite, and what they do not excite
-    does not count.  Collective.
+    does not count; a film that is free in its plane does not move as a whole.  Collective.
     """
     columns = displacements[:, :MOST_COLUMNS]
     m = columns.shape[1]
-    energy, square = np.zeros((2, m, m))
+    rigid = membrane.constraints(plate, parity).motions.reshape(len(columns), -1)
+    moving = np.column_stack([columns, rigid])
+    energy, square = np.zeros((m, m)), np.zeros((moving.shape[1],) * 2)
     for field in quadrature.fields(plate, columns=9 * m):
         weights = field.weights[..., None]
         strain = membrane.strain(plate, field, columns)
         energy += membrane.product(membrane.force(plate, strain) * weights, strain)
         dofs = compat.cell_dofs(plate.in_plane)[field.cells]
         for component in (0, 1):
-            value = np.matmul(field.values, columns[2 * dofs + component])
-            square += (value * weights).reshape(-1, m).T @ value.reshape(-1, m)
-    energy, square = plate.domain.comm.allreduce(np.array([energy, square]))
+            value = np.matmul(field.values, moving[2 * dofs + component])
+            value = value.reshape(-1, len(square))
+            square += (value * weights.reshape(-1, 1)).T @ value
+    if plate.stiffness.in_plane:
+        energy += membrane.spring_work(plate, columns)
+    energy, square = map(plate.domain.comm.allreduce, (energy, square))
+    mixed, own = square[:m, m:], square[m:, m:]
+    square = square[:m, :m] - mixed @ np.linalg.solve(own, mixed.T)
     size = np.sqrt(square.diagonal())
     moved = size > 0
     if not moved.any():

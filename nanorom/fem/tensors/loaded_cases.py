@@ -133,4 +133,4 @@ class _Reaction:
         assert self._equilibrium is not None
         free = self._equilibrium.free
         self.u.x.array[:] = 0.0 if u is None else free.extended(u)[:, 0]
-        return algebra.assemble_vector(self._residual)[free.local, None]
+        return free.taken(algebra.assemble_vector(self._residual))[:, None]

@@ -196,14 +196,14 @@ def _class_response(
 ) -> tuple[np.ndarray, np.ndarray]:
     """A_jk G A_lm (p, p) of the pairs of one parity, and the squares (p,) of their responses."""
     plate, n = modes.plate, modes.n_owned
-    free = algebra.FreeDofs(film.space, film.fixed(parity))
+    free = film.free_dofs(parity)
     matrix = free.restrict(total)
     solver = plate.solvers.make(free, matrix, "nanorom_outside_", "film's stiffness")
     response = np.empty_like(load)
     for first in range(0, load.shape[1], solver.columns):
         some = slice(first, first + solver.columns)
         states = film.deflections_to_states(load[:, some])
-        response[:, some] = film.deflections(free.extended(solver.solve(states[free.local])))
+        response[:, some] = film.deflections(free.extended(solver.solve(free.taken(states))))
     solver.reset()
     matrix.destroy()
     comm, copies = plate.domain.comm, plate.mirrors.copies

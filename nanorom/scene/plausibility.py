@@ -1,0 +1,137 @@
+"""What a scene's numbers say of each other: what cannot be, and what is worth a second look.
+
+All estimates are generous by a factor of several: what they refuse is out of a model's range by
+far, most often by a unit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nanorom.errors import SceneError
+from nanorom.scene.geometry import Disc, Rectangle, String
+from nanorom.scene.scene import Scene
+
+THICKEST = 0.5  # of the film's width: beyond it nothing is left of a film
+THICK = 0.1  # from here on transverse shear, which films lack, is no small correction
+DEEPEST = 0.5  # deflection by half width: slopes near 1, strains of tens of per cent
+STRAINED = 0.01  # of the tension: few materials bear more
+FREQUENCIES = 1.0, 100e9  # Hz
+DENSITIES = 100.0, 25e3  # kg/m^3, from foams to osmium
+LONGEST = 10.0  # m
+CLAMPED_DISC = 14.682  # critical compression of a clamped disc by D/R^2
+
+Span = tuple[float, float]  # shorter and longer side of the film, in m
+
+
+def span_of(scene: Scene) -> Span | None:
+    """Sides of the rectangle about the film, None for a mesh file, which is not yet read."""
+    geometry = scene.geometry
+    if isinstance(geometry, Disc):
+        return 2 * geometry.radius, 2 * geometry.radius
+    if not isinstance(geometry, Rectangle):
+        return None
+    return min(geometry.length, geometry.width), max(geometry.length, geometry.width)
+
+
+def check(scene: Scene, span: Span) -> None:
+    """Raise SceneError for a film that cannot be one, or a load that would burst it."""
+    across = span[1] if isinstance(scene.geometry, String) else span[0]
+    thickness = scene.plate.thickness
+    scale = ", geometry.scale" if scene.geometry.shape == "mesh" else ""
+    if thickness > THICKEST * across:
+        raise SceneError(
+            f"plate.thickness: found {thickness:g} m on a film of {across:g} m; allowed: less than "
+            f"{THICKEST:g} of that, and a tenth is thick; check the units of both{scale}"
+        )
+    load = scene.load
+    if not scene.plate.rules.shallow or load is None:
+        return
+    stretch, half = scene.material.youngs_modulus * thickness, across / 2
+    loads = {"pressure": (load.pressure, half**2), "force": (load.force, 1.0)}
+    for key, (value, area) in loads.items():
+        depth = _depth(scene, abs(value or 0.0) * area, half)
+        if depth > DEEPEST * half:
+            most = (DEEPEST * half / depth) ** 3 * abs(value or 0.0)
+            raise SceneError(
+                f"load.{key}: found {value:g} {'Pa' if key == 'pressure' else 'N'}, which would "
+                f"deflect a film of E h = {stretch:.3g} N/m by about {depth / half:.1g} of its "
+                f"half width: it bursts, and the model ends far below; allowed: up to about "
+                f"{most:.1g}; check the units"
+            )
+
+
+def _depth(scene: Scene, force: float, half: float) -> float:
+    """Deflection under a force in all, from below: by stretching, or by tension and bending."""
+    stretch = scene.material.youngs_modulus * scene.plate.thickness
+    bending = stretch * scene.plate.thickness**2 / 12
+    linear = max(scene.tension.largest, 0.0) + 16 * bending / half**2
+    stiff = 0.6 * half * (force / (stretch * half)) ** (1 / 3)
+    return min(stiff, force / (4 * linear))
+
+
+def notes(scene: Scene, span: Span) -> list[str]:
+    """Remarks on a scene that is valid and may not be meant, one line each."""
+    material, thickness = scene.material, scene.plate.thickness
+    across, along = (span[1],) * 2 if isinstance(scene.geometry, String) else span
+    found = []
+    if thickness > THICK * across:
+        found.append(
+            f"plate.thickness: {thickness:g} m is {thickness / across:.2g} of the film's width; "
+            "transverse shear, which is left out, matters from a tenth on"
+        )
+    strain = scene.tension.largest * (1 - material.poisson_ratio)
+    strain /= material.youngs_modulus * thickness
+    if strain > STRAINED:
+        found.append(f"tension: strains the film by {strain:.2g}, more than {STRAINED:g}")
+    if along > LONGEST:
+        found.append(f"geometry: the film is {along:g} m long; were other units meant?")
+    if not DENSITIES[0] <= material.density <= DENSITIES[1]:
+        found.append(
+            f"material.density: {material.density:g} kg/m^3 is none of a solid; 1 g/cm^3 is 1000"
+        )
+    frequency = _frequency(scene, across)
+    if not FREQUENCIES[0] <= frequency <= FREQUENCIES[1]:
+        found.append(
+            f"frequencies: the lowest will be of the order of {frequency:.1g} Hz, outside "
+            f"{FREQUENCIES[0]:g} Hz to {FREQUENCIES[1] / 1e9:g} GHz; were other units meant?"
+        )
+    critical = _buckles(scene)
+    if critical is not None:
+        found.append(
+            f"tension: found {scene.tension.x:g} and {scene.tension.y:g} N/m; the flat film "
+            f"buckles under any compression beyond {critical:.3g} N/m, however it is held"
+        )
+    return found
+
+
+def _frequency(scene: Scene, across: float) -> float:
+    """Of the lowest mode, to its order of magnitude, in Hz."""
+    wave = np.pi / across
+    stretch = scene.material.youngs_modulus * scene.plate.thickness
+    bending = 0.0 if scene.plate.bends is False else stretch * scene.plate.thickness**2 / 12
+    square = max(scene.tension.largest, 0.0) * wave**2 + bending * wave**4
+    return float(np.sqrt(square / (scene.material.density * scene.plate.thickness)) / (2 * np.pi))
+
+
+def _buckles(scene: Scene) -> float | None:
+    """Mean compression in N/m beyond which a flat film certainly buckles, if it is beyond it.
+
+    By Rayleigh's quotient of a shape that is clamped all around: any other edge buckles before.
+    """
+    geometry, load = scene.geometry, scene.load
+    if scene.plate.initial_shape is not None or not isinstance(geometry, (Disc, Rectangle)):
+        return None
+    if load is not None and any(f is not None for f in (load.pressure, load.voltage, load.force)):
+        return None
+    change = 0.0 if load is None else (load.stress or 0.0) * scene.plate.thickness
+    x, y = scene.tension.x + change, scene.tension.y + change
+    stretch = scene.material.youngs_modulus * scene.plate.thickness
+    bending = stretch * scene.plate.thickness**2 / (12 * (1 - scene.material.poisson_ratio**2))
+    if isinstance(geometry, Disc):
+        critical, mean = CLAMPED_DISC * bending / geometry.radius**2, -(x + y) / 2
+    else:  # w = (1 - cos(p x)) (1 - cos(q y))
+        p, q = ((2 * np.pi / side) ** 2 for side in (geometry.length, geometry.width))
+        critical = bending * (3 * p**2 + 3 * q**2 + 2 * p * q) / (3 * (p + q))
+        mean = -(x * p + y * q) / (p + q)
+    return float(critical) if mean > critical else None

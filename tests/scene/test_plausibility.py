@@ -1,0 +1,94 @@
+"""Numbers of a scene that do not go together are refused or remarked on, with the key to blame."""
+
+import re
+
+import attrs
+import pytest
+
+from nanorom.errors import SceneError
+from nanorom.scene import plausibility
+from nanorom.scene.load import Load
+from nanorom.scene.scene import (
+    Disc,
+    Material,
+    Modes,
+    Plate,
+    Rectangle,
+    Scene,
+    String,
+    Support,
+    Tension,
+)
+
+DRUM = Scene(
+    geometry=Disc(radius="2.5 um"),
+    plate=Plate(thickness="10 nm"),
+    material=Material(youngs_modulus="410 GPa", poisson_ratio=0.16, density="2267 kg/m^3"),
+    tension=Tension("0.321 N/m", "0.257 N/m"),
+    modes=Modes(count=11),
+)
+STRING = attrs.evolve(
+    DRUM,
+    geometry=String(length="1 mm", width="10 um"),
+    plate=Plate(thickness="100 nm"),
+    tension=Tension("100 N/m", "0 N/m"),
+)
+
+
+def noted(scene):
+    span = plausibility.span_of(scene)
+    plausibility.check(scene, span)
+    return plausibility.notes(scene, span)
+
+
+@pytest.mark.parametrize("scene", [DRUM, STRING, attrs.evolve(DRUM, load=Load(pressure="1 MPa"))])
+def test_devices_are_not_remarked_on(scene):
+    assert noted(scene) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "told"),
+    [
+        ({"plate": Plate(thickness="10 um")}, "plate.thickness", "1e-05 m on a film of 5e-06 m"),
+        ({"plate": Plate(thickness="5 mm")}, "plate.thickness", "check the units"),
+        ({"load": Load(pressure="10 GPa")}, "load.pressure", "it bursts"),
+        ({"load": Load(force="1 N")}, "load.force", "it bursts"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_its_key(changes, key, told):
+    with pytest.raises(SceneError, match=told) as raised:
+        noted(attrs.evolve(DRUM, **changes))
+    assert str(raised.value).startswith(f"{key}: found")
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"plate": Plate(thickness="1 um")}, "plate.thickness: .* transverse shear"),
+        ({"tension": Tension("60 N/m", "60 N/m")}, "tension: strains the film by 0.012"),
+        ({"geometry": Disc(radius=45)}, "geometry: the film is 90 m long"),
+        ({"material": Material("410 GPa", 0.16, 2.267)}, r"density: 2.267 .* 1 g/cm\^3 is 1000"),
+        ({"geometry": Disc(radius=2.5), "tension": Tension(1e-9)}, "frequencies: .* outside 1 Hz"),
+        ({"tension": Tension(-0.3)}, "tension: found -0.3 .* buckles"),
+        (
+            {"tension": Tension(0.3), "load": Load(stress="-100 MPa")},
+            "tension: .* buckles",
+        ),
+    ],
+)
+def test_what_is_hardly_meant_is_remarked_on(changes, told):
+    assert any(re.search(told, note) for note in noted(attrs.evolve(DRUM, **changes)))
+
+
+def test_no_film_that_holds_is_told_to_buckle():
+    # exact: clamped disc 14.68197 D/R^2; a clamped square 5.30 pi^2 D/a^2 (Timoshenko and Gere)
+    bending = 410e9 * 1e-24 / 12 / (1 - 0.16**2)
+    for geometry, critical in (
+        (Disc(1e-6), 14.68197 * bending / 1e-12),
+        (Rectangle(1e-6, 1e-6), 5.30 * 9.8696 * bending / 1e-12),
+    ):
+        for share, expected in ((0.999, False), (1.05, True)):
+            scene = attrs.evolve(
+                DRUM, geometry=geometry, tension=Tension(-share * critical), support=Support()
+            )
+            assert any("buckles" in note for note in noted(scene)) == expected
