@@ -68,6 +68,8 @@ def reduce(
     Under MPI every rank calls it and gets the same model; ``groups`` says in how many groups the
     ranks share load cases and classes of symmetry (None: as many as are fastest and fit into
     memory); those of one group share a mesh.
+    Modes that are left to the program are those that the response needs.  Where the scene has one,
+    the model keeps a larger one beside it, in which errors are estimated (`ReducedModel.larger`).
     With a path the model is saved there; until then a long STEP campaign keeps its finished load
     cases beside it, and the same call goes on from them if it was interrupted.  Raises
     NanoromError if DOLFINx is not installed, MeshError or SolverError if the scene cannot be
@@ -75,6 +77,7 @@ def reduce(
     """
     with finite_elements():
         from nanorom.fem.reduce import reduce_scene
+        from nanorom.verification import modes
     scene = Scene.of(scene)
     if path is not None:
         path = Path(path)
@@ -82,7 +85,11 @@ def reduce(
         if path.parent.is_dir():
             check_writable(path)
     with watched(progress) as told:
-        model = reduce_scene(scene, told, output=path, groups=groups)
+        if scene.modes.automatic:
+            model = modes.automatic(scene, told, groups)
+        else:
+            model = reduce_scene(scene, told, output=path, groups=groups)
+            model = modes.with_larger(scene, model, groups)
     if path is not None and mpi_rank() == 0:
         make_directory(path.parent)
         model.save(path)

@@ -120,6 +120,15 @@ class ScaledSystem:
         highest = np.sqrt(np.abs(squares).max(initial=0.0))
         return float(max(highest, np.abs(rates).max(initial=0.0)))
 
+    @property
+    def relaxation(self) -> float:
+        """The fastest decay rate of a free motion of the modes."""
+        massive = np.flatnonzero(self.inertia)
+        some = np.ix_(massive, massive)
+        zero, one = np.zeros((len(massive),) * 2), np.eye(len(massive))
+        state = np.block([[zero, one], [-self.stiffness[some], -self.damping[some]]])
+        return float(np.abs(np.linalg.eigvals(state).real).max(initial=0.0))
+
     def given(self, motion: Array) -> Array:
         """A motion (..., L) of these equations in the coordinates and units of the model."""
         own = motion if self.shapes is None else motion @ self.shapes.T

@@ -70,6 +70,10 @@ def mirror_item(mirrors: Mirrors) -> Item:
 
 def modes_item(plan: Plan) -> Item:
     """The modes that are solved for."""
+    modes = plan.scene.modes
+    if modes.automatic:
+        why = "the driven ones, those that change points of the response, and those that grow"
+        return Item(f"modes chosen by the response, among {modes.highest} or more", True, why)
     why = "no mode beyond them but the partners of near ones"
     return Item(f"{plan.scene.modes.highest} lowest modes", True, why)
 

@@ -26,7 +26,15 @@ from nanorom.errors import ModelError
 
 SCHEMA = "schema"  # key of a field's metadata
 # what lengths count
-AXES = {"L": "modes", "K": "modes outside", "P": "points", "C": "triangles", "n": "rows"}
+AXES = {
+    "L": "modes",
+    "K": "modes outside",
+    "N": "modes of the larger model",
+    "P": "points",
+    "C": "triangles",
+    "n": "rows",
+    "g": "growths",
+}
 SYMMETRIC = "symmetric"
 POTENTIAL = "symmetric in all indices"  # a force that derives from a potential
 KINDS = {"number": "fiu", "whole": "iu", "complex": "fc", "flag": "ub", "name": "OSU"}

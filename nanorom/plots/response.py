@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from nanorom.continuation.orbits.bifurcations import DOUBLING, KINDS, TORUS
 from nanorom.measurement.data import MeasuredResponse
+from nanorom.plots.band import draw_band
 from nanorom.plots.curves import (
     NEUTRAL,
     TAKES_PART,
@@ -54,7 +55,8 @@ def response_figure(
 
     The total |q| is sqrt(sum_r max|q_r|^2): the modal amplitude where one mode dominates.
     A measured response is drawn over it: to scale if its amplitude is a length, else on an axis
-    of its own.  Raises FileError if none of it is in the swept range.
+    of its own.  Where errors are estimated, a band shows them.  Raises FileError if none of it is
+    in the swept range.
     """
     figure = Figure(figsize=(COLUMN, 0.82 * COLUMN), layout="constrained")
     axes = figure.add_subplot()
@@ -183,6 +185,9 @@ def _draw(
                     color=colour,
                     **line_style(curve.stable),
                 )
+            if response.estimates and not shift:
+                own, factors = response.estimates[place], (length[0], frequency[0])
+                draw_band(axes, branch, number, own, measure, *factors, colour)
         marks = [(p.omega, p.amplitude, p.type) for p in diagram.special_points if p.type in kinds]
         marks += [
             (left.omega, np.zeros_like(response.frequency), "") for left in diagram.unexplored

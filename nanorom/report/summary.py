@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from nanorom.report import estimates
 from nanorom.report.text import asymmetry_text
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
@@ -39,7 +40,8 @@ def of_response(response: Response) -> dict[str, Any]:
     """The levels of a response with their special points, ready for JSON."""
     units = response.drive.units
     levels = []
-    for (direct, parametric), diagram in zip(response.drive.levels, response.diagrams):
+    both = zip(response.drive.levels, response.diagrams)
+    for level, ((direct, parametric), diagram) in enumerate(both):
         points = [
             {
                 "type": point.type,
@@ -47,6 +49,7 @@ def of_response(response: Response) -> dict[str, Any]:
                 "amplitude_m": point.amplitude.tolist(),
                 "period_multiple": point.period_multiple,
                 "branch": point.branch,
+                **estimates.data(response, level, response.estimated(level, point)),
             }
             for point in diagram.special_points
         ]

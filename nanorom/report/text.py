@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nanorom.report import estimates
 from nanorom.results import cut
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
@@ -87,7 +88,7 @@ def point_rows(response: Response) -> list[tuple[str, ...]]:
     """The special points: names of the columns, their units, and a row for each."""
     points = [(n, p) for n, d in enumerate(response.diagrams, 1) for p in d.special_points]
     largest = [int(np.argmax(point.amplitude)) for _, point in points]
-    columns = (
+    columns: tuple[list[str], ...] = (
         ["level", "", *(str(level) for level, _ in points)],
         ["type", "", *(point.type for _, point in points)],
         _column("frequency", [point.frequency for _, point in points], "Hz", 10),
@@ -96,6 +97,15 @@ def point_rows(response: Response) -> list[tuple[str, ...]]:
         ["period", "of drive", *(str(point.period_multiple) for _, point in points)],
         ["branch", "", *(str(point.branch) for _, point in points)],
     )
+    if response.estimates:
+        found = [
+            estimates.cells(response, n - 1, response.estimated(n - 1, point))
+            for n, point in points
+        ]
+        columns += (
+            ["estimated error", "frequency, amplitude", *(error for error, _ in found)],
+            ["made by", "outside", *(names for _, names in found)],
+        )
     return list(zip(*columns))
 
 
@@ -123,6 +133,7 @@ def level_facts(response: Response) -> list[tuple[str, str]]:
         levels.append((f"level {n}", f"{direct} direct, {parametric} parametric: {found}"))
     if cut_peaks := cut.told(response):
         levels.append(("still rising", f"where the range ends: {cut_peaks}"))
+    levels += estimates.facts(response)
     if response.unfinished:
         levels.append(("to do", f"{response.unfinished} levels; the same command goes on"))
     return levels

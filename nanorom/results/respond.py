@@ -18,6 +18,8 @@ from nanorom.errors import AccuracyWarning, FileError
 from nanorom.files import hdf5
 from nanorom.launch import interactive, watched
 from nanorom.results.diagram_file import read_diagram
+from nanorom.results.larger import estimated
+from nanorom.results.question import Question
 from nanorom.results.response import (
     EXCITATION,
     KEY,
@@ -27,7 +29,6 @@ from nanorom.results.response import (
     write_level,
 )
 from nanorom.rom.model import ReducedModel
-from nanorom.rom.patterns import aimed, driven
 from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
@@ -45,7 +46,8 @@ def respond(
     path: str | Path | None = None,
 ) -> Response:
     """Follow the periodic response over a frequency range at every drive level, isolas included
-    to which the orbits of neighbouring levels lead.
+    to which the orbits of neighbouring levels lead; estimated in a larger model where the model
+    has one.
 
     Parameters
     ----------
@@ -64,7 +66,8 @@ def respond(
         cannot be written.
     """
     check_range(model.diagnostics)
-    system, omega, options = _question(aimed(model, drive), drive, sweep, damping)
+    question = Question(drive, sweep, damping)
+    system, omega, options = question.of(model)
     empty = Response(
         diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
     )
@@ -88,8 +91,8 @@ def respond(
             return _interrupted(empty, found)
     diagrams = [found[number] for number in range(total)]
     whole = add_isolas(system, omega, diagrams, processes, **options)
-    response = attrs.evolve(empty, diagrams=tuple(whole))
-    if path is not None and whole != diagrams:
+    response = estimated(attrs.evolve(empty, diagrams=tuple(whole)), model, question)
+    if path is not None and (whole != diagrams or response.estimates):
         response.save(path, key)
     return response
 
@@ -103,19 +106,6 @@ def _interrupted(empty: Response, found: Mapping[int, Diagram]) -> Response:
         stacklevel=3,
     )
     return response
-
-
-def _question(
-    model: ReducedModel, drive: Drive, sweep: Sweep, damping: Damping | None
-) -> tuple[ModalSystem, tuple[float, float], dict[str, Any]]:
-    """The modal equations, the range of omega in rad/s, and options of the continuation."""
-    if damping is not None:
-        model = model.with_damping(damping)
-    system = driven(model, drive)
-    start, stop = sweep.hertz(float(model.frequency[0]))
-    options = {"depth": sweep.depth, "tolerance": sweep.tolerance}
-    known = {name: value for name, value in options.items() if value is not None}
-    return system, (2 * np.pi * start, 2 * np.pi * stop), known
 
 
 def key_of(system: ModalSystem, omega: tuple[float, float], options: dict[str, Any]) -> str:

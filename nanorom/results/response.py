@@ -11,11 +11,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.continuation import Diagram
+from nanorom.continuation import Diagram, SpecialPoint
 from nanorom.errors import FileError
 from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.stored import Reader, Writer
 from nanorom.results import diagram_file, table
+from nanorom.results.estimates import Estimates
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Excitation, Sweep
 from nanorom.scene.fields import parse_toml
@@ -32,7 +33,8 @@ class Response:
 
     diagrams: omega in rad/s, amplitudes (n, L) in m; drive: the levels; sweep: the range. Read
     from the file of a run that has not ended, it holds the levels finished so far, and
-    ``unfinished`` counts the others.
+    ``unfinished`` counts the others.  estimates: of what points of each level are wrong by, where
+    the model came with a larger one.
     """
 
     FORMAT: ClassVar[str] = "nanorom-response"
@@ -47,6 +49,13 @@ class Response:
     label: tuple[str, ...] = attrs.field(
         metadata=schema.array("L", "", "names of the modes", kind="name")
     )
+    outside_label: tuple[str, ...] | None = attrs.field(
+        default=None,
+        metadata=schema.array(
+            "K", "", "names of modes that the model lacks, with which it was compared", kind="name"
+        ),
+    )
+    estimates: tuple[Estimates, ...] = ()
     unfinished: int = 0
 
     def __repr__(self) -> str:
@@ -63,6 +72,21 @@ class Response:
 
     def _repr_html_(self) -> str:
         return stored.html(self)
+
+    def estimated(self, level: int, point: SpecialPoint) -> int | None:
+        """Row of a level's estimates (from 0) that a special point has, None if it has none."""
+        if not self.estimates:
+            return None
+        known = self.estimates[level]
+        own = (known.omega == point.omega) & (known.branch == point.branch)
+        rows = [int(row) for row in np.flatnonzero(own) if known.type[row] == point.type]
+        return rows[0] if rows else None
+
+    @property
+    def error(self) -> float:
+        """Largest estimated relative error of a point, NaN if there are no estimates."""
+        errors = [float(known.error.max(initial=0.0)) for known in self.estimates]
+        return max(errors, default=float("nan"))
 
     def table(self) -> dict[str, Any]:
         """Every point of every branch, and every special point, as columns (n,) by name.
@@ -85,6 +109,8 @@ class Response:
             write_head(file, self, key)
             for number, diagram in enumerate(self.diagrams):
                 write_level(file, number, diagram, self)
+            for number, estimates in enumerate(self.estimates):
+                schema.give(estimates, Writer(file), f"level/{number}/estimates")
 
     @classmethod
     def load(cls, path: str | Path) -> Response:
@@ -98,9 +124,17 @@ class Response:
                 raise FileError(f"level/{min(set(range(total)) - set(done))}: missing")
             size = len(response.frequency)
             groups = {number: hdf5.group(file, f"level/{number}") for number in done}
-            return with_levels(
+            whole = with_levels(
                 response, {n: diagram_file.read_diagram(g, size) for n, g in groups.items()}
             )
+            if not all("estimates" in group for group in groups.values()):
+                return whole
+            lengths = {"K": len(response.outside_label or ())}
+            tables = [
+                Estimates(**schema.take(Estimates, Reader(group, dict(lengths)), "estimates"))
+                for group in groups.values()
+            ]
+            return attrs.evolve(whole, estimates=tuple(tables))
 
 
 def write_head(file: h5py.File, response: Response, key: str) -> None:

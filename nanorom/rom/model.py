@@ -31,6 +31,7 @@ from nanorom.rom.arrays import (
     as_tensor,
 )
 from nanorom.rom.coefficients import Coefficient, Coefficients, place
+from nanorom.rom.larger import Larger
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
@@ -109,6 +110,7 @@ class ReducedModel:
         metadata=family("L, L", "N/m per unit of the level", "force patterns P: tension, ..."),
     )
     shapes: Shapes | None = attrs.field(default=None, metadata=part(Shapes))
+    larger: Larger | None = attrs.field(default=None, metadata=part(Larger))
     bending: Array | None = attrs.field(
         converter=as_optional,
         default=None,
@@ -173,7 +175,10 @@ class ReducedModel:
         low, high = (with_unit(float(f), "Hz", 6) for f in self.frequency[[0, -1]])
         modes = ", ".join(f"{n} {name}" for n, name in zip(self.number, self.label))
         head = f"ReducedModel of {self.size} modes, {low} to {high}"
-        return "\n".join([head, *textwrap.wrap(f"modes: {modes}", 96), *layout.shown(self)])
+        shown = layout.shown(attrs.evolve(self, larger=None))
+        if self.larger is not None:
+            shown.append(f"larger: a model of {len(self.larger.label)} modes, for estimates")
+        return "\n".join([head, *textwrap.wrap(f"modes: {modes}", 96), *shown])
 
     def _repr_html_(self) -> str:
         return stored.html(self)

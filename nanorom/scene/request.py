@@ -12,6 +12,8 @@ from nanorom.scene import units
 
 MOST_MODES = 100  # the cubic tensor has L^4 entries
 HIGHEST_MODE = 1000
+AUTO = "auto"  # count of modes that are chosen by what they do
+FIRST = 24  # modes among which the choice begins
 HIGHEST_DEGREE = 8
 
 
@@ -25,14 +27,30 @@ def _mode_numbers(value: Any) -> tuple[int, ...]:
     return tuple(sorted(numbers))
 
 
+def _mode_count(value: Any) -> int | str:
+    if isinstance(value, str):
+        if value != AUTO:
+            raise units.wrong("modes.count", value, f'an integer from 1 to {MOST_MODES}, or "auto"')
+        return AUTO
+    return v.read_integer(value, "modes.count", 1, MOST_MODES)
+
+
 @attrs.frozen(field_transformer=v.readers)
 class Modes:
-    """Which modes take part: the lowest ``count``, or ``select`` by 1-based number."""
+    """Which modes take part: the lowest ``count``, or ``select`` by 1-based number.
 
-    count: int | None = attrs.field(
+    With the count "auto" it is those that the response needs; until they are known, as many of the
+    lowest stand for them as are looked at first.
+    """
+
+    count: int | str | None = attrs.field(
         default=None,
-        metadata=v.integer(
-            "modes.count", 1, MOST_MODES, about="the lowest so many modes take part"
+        metadata=v.custom(
+            "modes.count",
+            _mode_count,
+            allowed=f'an integer from 1 to {MOST_MODES}, or "auto"',
+            about="the lowest so many modes take part; auto: those that the response needs to be "
+            "right to accuracy.response",
         ),
     )
     select: tuple[int, ...] | None = attrs.field(
@@ -54,7 +72,15 @@ class Modes:
     @property
     def numbers(self) -> tuple[int, ...]:
         """1-based numbers by frequency of the modes that take part."""
-        return self.select if self.count is None else tuple(range(1, self.count + 1))  # type: ignore[return-value]
+        if self.select is not None:
+            return self.select
+        count = FIRST if self.automatic else self.count
+        return tuple(range(1, int(count or 0) + 1))
+
+    @property
+    def automatic(self) -> bool:
+        """Whether the program chooses them."""
+        return self.count == AUTO
 
     @property
     def highest(self) -> int:
@@ -117,7 +143,8 @@ class Reduction:
 class Accuracy:
     """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
 
-    tolerance: relative, of frequencies and tensors; mesh_size: in m.
+    tolerance: relative, of frequencies and tensors; mesh_size: in m; response: relative, of what
+    follows from the model.
     """
 
     tolerance: float | None = attrs.field(
@@ -147,6 +174,17 @@ class Accuracy:
             "accuracy.mesh_size",
             "m",
             about="instead of tolerance, beside degree: length of a cell's sides",
+        ),
+    )
+    response: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity(
+            "accuracy.response",
+            "1",
+            v.within(1e-6, 1),
+            about="relative, of the response's points: what the modes that are left out may make "
+            "of it; 1e-3 for modes.count auto",
         ),
     )
 

@@ -133,7 +133,9 @@ class Scene(metaclass=_Loaded):
                 "reduction.method: found tangent for a film that is not flat; "
                 "allowed: direct | step"
             )
-        if self.damping is not None:
+        if self.modes.automatic:
+            self._check_automatic()
+        elif self.damping is not None:
             self.damping.per_mode(len(self.modes.numbers))
         if not self.flat and self.reduction.in_plane == "fixed":
             raise SceneError(
@@ -141,6 +143,26 @@ class Scene(metaclass=_Loaded):
                 "such a film moves in its plane already in its linear modes"
             )
         check_complete(self.damping, self.drive, self.sweep)
+
+    def _check_automatic(self) -> None:
+        """Raise SceneError if there is no response that could choose the modes."""
+        for name in ("damping", "drive", "sweep"):
+            if getattr(self, name) is None:
+                raise SceneError(
+                    f"modes.count: found auto without [{name}]; allowed: auto with [damping], "
+                    "[drive] and [sweep], whose response asks for modes, or a count"
+                )
+        assert self.damping is not None
+        if len(self.damping.quality_factor) > 1:
+            raise SceneError(
+                f"damping.quality_factor: found {len(self.damping.quality_factor)} values beside "
+                "modes.count = auto; allowed: one for all modes"
+            )
+        if self.plate.model == "shell":
+            raise SceneError(
+                "modes.count: found auto beside plate.model = shell; allowed: a count, or another "
+                "model"
+            )
 
     @property
     def flat(self) -> bool:
@@ -230,11 +252,13 @@ class Scene(metaclass=_Loaded):
         elif modes is not None:
             sections["modes"] = Modes(select=modes) if v.is_list(modes) else Modes(count=modes)
         if tolerance is not None:
-            sections["accuracy"] = Accuracy(tolerance, degree, mesh_size)
+            response = self.accuracy.response
+            sections["accuracy"] = Accuracy(tolerance, degree, mesh_size, response)
         elif degree is not None or mesh_size is not None:
             sections["accuracy"] = Accuracy(
                 degree=self.accuracy.degree if degree is None else degree,
                 mesh_size=self.accuracy.mesh_size if mesh_size is None else mesh_size,
+                response=self.accuracy.response,
             )
         return attrs.evolve(self, **sections)
 

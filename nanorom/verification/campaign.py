@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import attrs
 import numpy as np
 
+from nanorom.continuation.diagrams.selection import Chosen, of_level
 from nanorom.errors import SceneError
 from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import shared, together
@@ -17,7 +18,6 @@ from nanorom.types import Array, Progress
 from nanorom.verification.assemble import Film, assemble
 from nanorom.verification.compare import Comparison, compare
 from nanorom.verification.driven import DrivenFilm
-from nanorom.verification.points import Chosen, of_level
 from nanorom.verification.stability import Stability
 
 POINTS = 24  # of a level

@@ -12,12 +12,12 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from nanorom.continuation.diagrams.selection import Chosen
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
 from nanorom.types import Array
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.newton import NoOrbitError, correct, first_correction
 from nanorom.verification.orbit import FullOrbit, largest_deflection, told
-from nanorom.verification.points import Chosen
 from nanorom.verification.preconditioner import Border
 from nanorom.verification.problem import Problem, pose
 from nanorom.verification.stability import Stability

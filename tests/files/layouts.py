@@ -9,6 +9,7 @@ from pathlib import Path
 
 from nanorom.files import layout, stored
 from nanorom.results import diagram_file
+from nanorom.results.estimates import Estimates
 
 TOP = Path(__file__).parents[2]
 DOCUMENTS = [TOP / "README.md", TOP / "docs" / "files.md"]
@@ -25,6 +26,7 @@ def rows(name):
     if name == "Response":
         for at, items in diagram_file.TABLES.items():
             table += [layout.item_row(f"{at}/{each}", item) for each, item in items.items()]
+        table += [(f"level/K/estimates/{at}", *more) for at, *more in layout.rows(Estimates)]
     return table
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import nanorom
+from nanorom.continuation.diagrams.selection import of_level
 from nanorom.errors import SceneError
 from nanorom.results.verified import Verified
 from nanorom.verification import compare
 from nanorom.verification.newton import NoOrbitError
-from nanorom.verification.points import of_level
 from tests.verification.conftest import drum
 
 POINTS = 6

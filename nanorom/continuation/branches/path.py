@@ -22,6 +22,7 @@ LEAST_POINTS = 60  # on a branch, for a smooth picture; half as many where they 
 FEW_MODES = 4
 TAYLOR_SPACING = 2.0  # lengths of a Taylor series between two points
 PHASE_SPACING = 0.5  # rad that the fastest mode may gain per period between two points
+MOST_TURNS = 4e5  # rad of the fastest mode, of all points of a system of one mode together
 TURNED = 1e-6  # of an orbit: changes by a rotation
 NEARBY = 1e-4  # of an orbit that a step is to pass: series are less exact than orbits
 MARGIN = 5e-4  # of a step at the ends of a path, where a bifurcation may be
@@ -41,6 +42,7 @@ class Path:
     def __init__(self, tracer: Tracer, floquet: FloquetSolver, steps: list[Series]) -> None:
         self.tracer, self.floquet, self.steps = tracer, floquet, steps
         self.generators: list[Array] = []  # of rotations that turn its orbits into others
+        self.coarse = False  # fewer points than the phases of the multipliers ask for
         self.symmetric = floquet.signs(tracer.support) is not None
         self._arcs = [_arc_length(step) for step in steps]
         self.offsets = np.concatenate([[0.0], np.cumsum([length[-1] for _, length in self._arcs])])
@@ -90,21 +92,34 @@ class Path:
         multipliers' phases ask for.
         """
         places = []
-        for number, step in enumerate(self.steps):
+        for number, (step, count) in enumerate(zip(self.steps, self._counts())):
             first, last = step.start, step.length
-            periods = 2 * np.pi / np.array([step.rate(first), step.rate(last)])
-            count = max(
-                1, int(np.ceil(abs(periods[1] - periods[0]) * self.floquet.fastest / PHASE_SPACING))
-            )
-            least = LEAST_POINTS if self.tracer.system.size <= FEW_MODES else LEAST_POINTS // 2
-            count = max(count, -(-least // len(self.steps)))
-            count = max(count, int(np.ceil((last - first) / (TAYLOR_SPACING * step.taylor))))
             if number == 0:
                 first += MARGIN * (last - first)
             places += [Place(number, first + (last - first) * i / count) for i in range(count)]
         last_step = self.steps[-1]
         margin = MARGIN * (last_step.length - last_step.start)
         return places + [Place(len(self.steps) - 1, last_step.length - margin)]
+
+    def _counts(self) -> list[int]:
+        """How many points each step is to have; fewer than the phases ask for, if those are so many
+        that their periods together would cost too much.
+        """
+        least = LEAST_POINTS if self.tracer.system.size <= FEW_MODES else LEAST_POINTS // 2
+        ends = np.array([[step.rate(step.start), step.rate(step.length)] for step in self.steps])
+        phases = 2 * np.pi / ends * self.floquet.fastest
+        asked = np.abs(phases[:, 1] - phases[:, 0]) / PHASE_SPACING
+        most = MOST_TURNS / self.tracer.system.size
+        thinned = max(1.0, float((asked * phases.mean(axis=1)).sum()) / most)
+        self.coarse = thinned > 1.0
+        lengths = [
+            (step.length - step.start) / (TAYLOR_SPACING * step.taylor) for step in self.steps
+        ]
+        smooth = -(-least // len(self.steps))
+        return [
+            max(1, int(np.ceil(phase / thinned)), smooth, int(np.ceil(length)))
+            for phase, length in zip(asked, lengths)
+        ]
 
     def maps(self, places: list[Place]) -> tuple[Array, Array]:
         """Monodromy matrices (n, d), their independent parts flattened, and their eigenvalues (n,

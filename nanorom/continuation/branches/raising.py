@@ -23,9 +23,10 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 FIRST, LEAST_STEP, LARGEST_STEP = 1e-2, 1e-6, 0.2  # arc length, by the size of the unknowns
-MOST_STEPS = 4000
+MOST_STEPS = 600  # twice what a drive of 500 times the stiffness takes
 NEWTON, NEWTON_STEPS, EASY_STEPS = 1e-8, 8, 4  # of the unknowns: last change
 AT_LEVEL = 1e-6  # of a step, to which the level is met; the orbit is corrected there
+UNRESOLVED = 1e-4  # of an orbit: last harmonics at which those allowed do not suffice
 FIRST_HARMONICS = 5
 
 
@@ -64,13 +65,25 @@ class Rise:
         march = March(
             self._advance, start, StepControl(FIRST, LEAST_STEP, LARGEST_STEP, MOST_STEPS)
         )
+        reached = 0.0
         for here, there in march:
             if there.z[-1] >= 1.0:
                 return self._at_level(here, there)
-        raise ContinuationError("the drive cannot be raised to its level at this frequency")
+            reached = float(there.z[-1])
+        why = {
+            "end": f"more than {self.tracer.ladder[-1]} harmonics are needed",
+            "steps": f"more than {MOST_STEPS} steps are needed",
+        }.get(march.ending, "the curve of orbits is lost")
+        raise ContinuationError(
+            f"the drive is too strong: raised to {reached:.3g} of its level, {why}"
+        )
 
-    def _advance(self, here: _Place, length: float) -> tuple[_Place, bool]:
+    def _advance(self, here: _Place, length: float) -> tuple[_Place, bool] | None:
         here = self._adapted(here)
+        basis = here.balance.basis
+        tail = self.tracer.tail(here.balance, basis.unpack(here.z[:-1]))
+        if basis.harmonics == self.tracer.ladder[-1] and tail > UNRESOLVED:
+            return None
         there, steps = self._moved(here, length * (1.0 + float(np.abs(here.z).max())))
         if there.tangent @ here.tangent < STRAIGHT:
             raise ContinuationError("the response turns too fast for the step in level")

@@ -262,7 +262,10 @@ class Takeover:
             ],
             format="csc",
         )
-        return splu(matrix)
+        try:
+            return splu(matrix)
+        except RuntimeError:  # SciPy's word for a singular matrix
+            raise ContinuationError("the branch cannot be corrected by shooting") from None
 
     # segments ----------------------------------------------------------------------------------
 

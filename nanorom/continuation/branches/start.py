@@ -54,8 +54,8 @@ def first_orbit(tracer: Tracer, omega: float, outward: float = 0.0) -> Orbit:
             continue  # farther off it may be easier
     try:
         return tracer.solve(Rise(tracer, omega).orbit(), fixed_rate)[0]
-    except ContinuationError:
-        raise failed from None
+    except ContinuationError as error:
+        raise ContinuationError(f"{failed} ({error})") from None
 
 
 def _raised(tracer: Tracer, omega: float) -> Orbit:

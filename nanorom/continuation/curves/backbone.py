@@ -30,10 +30,11 @@ ABSENT = 1e-12  # of a linear mode: coordinates that do not take part
 
 @attrs.frozen(eq=False)
 class Backbone:
-    """omega (n,) of the free motion, amplitude (n, L) = max |q_r|, orbits and energy (n,).
+    """omega (n,) of the free motion in rad per unit of time, amplitude (n, L) = max |q_r| in the
+    unit of displacement, orbits (n of them) and energy (n,).
 
-    energy (n,) is the potential energy at the turning point, in the units of the system; it is the
-    whole energy if the forces derive from a potential.
+    energy is the potential energy at the turning point, in the units of force times displacement of
+    the system; it is the whole energy if the forces derive from a potential.
     """
 
     omega: Array
@@ -58,8 +59,10 @@ def backbone(
     ----------
     system : ModalSystem; damping and drives are left out
     mode : number of the linear mode, from 0, by natural frequency
-    omega : (low, high), where to stop; default 0.2 to 3 times the natural frequency
+    omega : (low, high), where to stop, in rad per unit of time of the system; default 0.2 to 3
+        times the natural frequency
     amplitude : stop when max |q_r| of any mode exceeds this, in the units of the system
+    tolerance : size of the last harmonics, relative to the orbit
     steps : most steps
 
     Raises

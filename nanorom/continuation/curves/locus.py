@@ -71,7 +71,9 @@ def locus(
     ----------
     system : ModalSystem
     point : SpecialPoint found at the levels `direct` and `parametric`
-    omega, level : (low, high), where to stop
+    direct, parametric : levels of the point, in units of the patterns
+    omega, level : (low, high), where to stop, in rad per unit of time of the system, and in the
+        unit of the parameter (1 for a factor)
     parameter : "direct" or "parametric", the level that varies; "both", a factor on both;
         "damping", "stiffness", "quadratic", "cubic" or "cubic_damping", a factor on that array;
         or arrays by name, {"cubic": dB, "damping": dC}, that are added `level` times, from 0 at the
@@ -79,7 +81,7 @@ def locus(
     steps : most steps on either side of the point
     largest_step : arc length, relative to the size of the orbit, the frequency and the level
     tolerance : size of the last harmonics, relative to the orbit
-    at : levels at which there are to be points of the curve
+    at : levels at which there are to be points of the curve, in the unit of `level`
 
     Raises
     ------
@@ -89,10 +91,7 @@ def locus(
     unit = with_symmetries(system.scaled(direct, parametric))
     low, high = (value / unit.frequency for value in check_range(omega))
     added, start = _parameter(system, parameter, {"direct": direct, "parametric": parametric})
-    if not level[0] <= start <= level[1] or not np.isfinite(level).all():
-        raise ContinuationError(
-            f"level: range ({level[0]:g}, {level[1]:g}) does not hold that of the point, {start:g}"
-        )
+    _check_level(level, start)
     size = start or max(abs(level[0]), abs(level[1]))  # of the parameter, the unit of its steps
     change = system.change(added, unit).times(size)
     least, most = sorted(value / size for value in level)
@@ -111,6 +110,13 @@ def locus(
     backward = curve.follow(first, -1.0, steps, largest_step)
     name = parameter if isinstance(parameter, str) else ", ".join(parameter)
     return _result(point, name, backward[::-1] + forward[1:], unit, size)
+
+
+def _check_level(level: tuple[float, float], start: float) -> None:
+    if not level[0] <= start <= level[1] or not np.isfinite(level).all():
+        raise ContinuationError(
+            f"level: range ({level[0]:g}, {level[1]:g}) does not hold that of the point, {start:g}"
+        )
 
 
 def _scaled(point: SpecialPoint, unit: ScaledSystem, level: float) -> Point:

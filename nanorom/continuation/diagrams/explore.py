@@ -68,7 +68,7 @@ def explore(
     harmonics : int
         Most harmonics of the drive frequency.
     steps : int
-        Most steps on one branch.
+        Most steps on one branch; all branches together have twice as many.
     reach : float
         A branch that bifurcates is followed to omega[0] / reach and omega[1] * reach.
     seeds : sequence of PeriodicOrbit
@@ -94,7 +94,7 @@ def explore(
     )
     scaled = with_symmetries(system.scaled(direct, parametric))
     explorer = _Explorer(Record(scaled, (low, high), settings), (direct, parametric))
-    return explorer.run(seeds, folds) if known is None else explorer.extend(known, seeds, folds)
+    return explorer.diagram(known, seeds, folds)
 
 
 class _Explorer:
@@ -104,18 +104,22 @@ class _Explorer:
         self.record, self.levels = record, levels
         self.scaled, self.settings = record.scaled, record.settings
 
-    def run(
-        self, seeds: Sequence[PeriodicOrbit] = (), folds: Sequence[PeriodicOrbit] = ()
+    def diagram(
+        self, known: Diagram | None, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
     ) -> Diagram:
-        self._base()
-        self._bifurcating()
-        return self._with_isolas(seeds, folds)
-
-    def extend(
-        self, diagram: Diagram, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
-    ) -> Diagram:
-        self.record.begin_with(diagram)
-        return self._with_isolas(seeds, folds)
+        """All that leads from rest, or all that was known before, and what seeds lead to."""
+        try:
+            if known is None:
+                self._base()
+                self._bifurcating()
+            else:
+                self.record.begin_with(known)
+            return self._with_isolas(seeds, folds)
+        except np.linalg.LinAlgError as error:
+            raise ContinuationError(
+                f"numbers that are no longer finite, or a singular matrix ({error}); "
+                "allowed: a weaker drive, or a range farther from such motion"
+            ) from None
 
     def _with_isolas(
         self, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
@@ -140,7 +144,11 @@ class _Explorer:
             if node is None:
                 return
             node.switched = True
-            self._switch(node)
+            if self.record.spent:
+                why = f"{node.kind.name}: not followed, for the diagram has taken its most steps"
+                self.record.leave("branch", node.orbit.omega, why)
+            else:
+                self._switch(node)
 
     def _base(self) -> None:
         """The branch of the response from rest at the low end; if it turns back, also the one from

@@ -8,9 +8,10 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from typing import Any
 
 from nanorom.continuation.diagrams.diagram import Diagram, Unexplored
@@ -45,7 +46,7 @@ def explore_levels(
     Raises
     ------
     ContinuationError
-        of the first level that fails, naming the level.
+        of the first level that fails, naming the level, when all others are finished.
     """
     found: dict[int, Diagram] = {}
     for number, diagram in explore_each(system, omega, levels, processes, **options):
@@ -68,8 +69,8 @@ def explore_each(
     Parameters, their units and ContinuationError are those of `explore_levels`.
     """
     levels = _checked(levels)
-    # strong drive costs most: start there
-    order = sorted(range(len(levels)), key=lambda i: -sum(abs(x) for x in levels[i]))
+    # weak drive costs least: what is soon done is soon there
+    order = sorted(range(len(levels)), key=lambda i: sum(abs(x) for x in levels[i]))
     jobs: Jobs = {i: (levels[i], {}) for i in order}
     yield from _each(system, omega, jobs, processes, options)
 
@@ -156,9 +157,10 @@ def _each(
         raise ContinuationError(f"processes: {processes} is not a positive number")
     processes = min(processes, len(jobs))
     if processes <= 1:
-        for number in sorted(jobs):
-            level, own = jobs[number]
-            yield number, _one(system, omega, level, options | own)
+        yield from _finished(
+            (number, partial(_one, system, omega, level, options | own))
+            for number, (level, own) in jobs.items()
+        )
         return
     # a forked process needs no import and no guard in the caller's script
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
@@ -168,8 +170,8 @@ def _each(
     with ProcessPoolExecutor(processes, context, _start, given) as pool:
         waiting = {pool.submit(_shared, number): number for number in jobs}
         try:
-            for future in as_completed(waiting):
-                yield waiting[future], future.result()
+            results = as_completed(waiting)
+            yield from _finished((waiting[future], future.result) for future in results)
         except BrokenProcessPool:
             raise ContinuationError(
                 "a process was killed, perhaps for want of memory; use fewer processes"
@@ -179,6 +181,22 @@ def _each(
                 if child not in others:
                     child.terminate()
             raise
+
+
+def _finished(
+    results: Iterable[tuple[int, Callable[[], Diagram]]],
+) -> Iterator[tuple[int, Diagram]]:
+    """Diagrams as they come; the first level that fails is told when all others are done."""
+    failed: ContinuationError | None = None
+    for number, result in results:
+        try:
+            diagram = result()
+        except ContinuationError as error:
+            failed = failed or error
+            continue
+        yield number, diagram
+    if failed is not None:
+        raise failed
 
 
 # What all levels share is given to each process when it starts: tasks stay so small that the pipe

@@ -16,6 +16,7 @@ from nanorom.continuation.branches.shooting_branch import Takeover
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.isolas import is_near
+from nanorom.continuation.diagrams.reach import within_reach
 from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.coordinates import generators, wave
 from nanorom.continuation.orbits.floquet import FloquetSolver, sort_multipliers
@@ -34,6 +35,7 @@ from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
 TRUNCATION = 1e-11  # of multipliers that only tell where points are; confirmation has finer ones
+BUDGET = 2  # most steps of all branches together, by those of one
 IDENTIFYING = 3  # points of a branch that tell it from others
 LAST_PART = 0.9  # of the last step, where shooting takes the direction from
 UNFINISHED = {  # endings of branches that go on
@@ -66,7 +68,7 @@ class Record:
     ) -> None:
         self.scaled, self.settings = scaled, settings
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
-        self.range = (low, high)
+        self.range = within_reach(scaled, (low, high))
         self.floquet = FloquetSolver(scaled, truncation=TRUNCATION)
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
@@ -76,13 +78,21 @@ class Record:
         self.nodes: list[Node] = []
         self.unexplored: list[Unexplored] = []
         self.generators = generators(scaled)
+        self.steps = 0  # of all branches
         self.known: list[Branch] = []  # followed before: their paths are not at hand
+        if self.range[0] > low:
+            self.leave("window", self.range[0], "not followed below, where all follows the drive")
 
     def begin_with(self, diagram: Diagram) -> None:
         """Go on from what was found before."""
         self.known = list(diagram.branches)
         self.branches, self.points = list(diagram.branches), list(diagram.special_points)
         self.unexplored = list(diagram.unexplored)
+
+    @property
+    def spent(self) -> bool:
+        """Whether the steps of all branches are as many as they may be."""
+        return self.steps >= BUDGET * self.settings.steps
 
     def diagram(self, direct: float, parametric: float) -> Diagram:
         return Diagram(self.branches, self.points, direct, parametric, self.unexplored)
@@ -139,12 +149,16 @@ class Record:
         bifurcation: Bifurcation | None = None,
     ) -> None:
         """Find the special points of a traced branch and add both."""
+        self.steps += len(steps)
         path = Path(tracer, self.floquet, steps)
         path.turned_by(self.generators)
         self.paths.append(path)
         detector = Detector(path)
         index = len(self.branches)
         found = self._confirmed(path, detector)
+        if path.coarse:
+            why = f"branch {index}: its multipliers turn faster than they are sampled"
+            self.leave("point", path.orbit(path.place(0.0)).omega, why)
         self.branches.append(self._branch(path, detector.places, detector.eigenvalues, origin))
         extent = bifurcation.extent(steps) if bifurcation else 0.0
 

@@ -76,7 +76,7 @@ class FloquetSolver:
         self.system, self.truncation = system, truncation
         self.size = system.size
         self.has_loss = bool(system.loss.any())
-        self.fastest = system.fastest
+        self.fastest, self.relaxation = system.fastest, system.relaxation
         self._signs: dict[SupportKey, Array | None] = {}
         self._variations: dict[Part, Variation] = {}
         # intervals times rate, learnt on the way
@@ -141,7 +141,7 @@ class FloquetSolver:
         signs = self.signs(support)
         half = signs is not None
         key = (period_multiple, half, int(part.modes[0]))
-        start = (np.pi if half else 2 * np.pi) * self.fastest / 2.5
+        start = (np.pi if half else 2 * np.pi) * max(self.fastest, self.relaxation) / 2.5
         density = self._density.get(key, start)
         intervals = max(3, int(np.ceil(density / float(rates.min()))))
         per_orbit = intervals * TAYLOR_ORDER * 3 * size * size

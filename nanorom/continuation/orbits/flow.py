@@ -36,7 +36,7 @@ class TaylorStepper:
             size, size * size
         )
         self.has_quadratic, self.has_loss = bool(self.quadratic.any()), bool(self.loss.any())
-        self.fastest = system.fastest
+        self.fastest = max(system.fastest, system.relaxation)
         self.inertia, self.massless = system.inertia, system.massless
         self.parametric = by_term(system.parametric.swapaxes(0, 1))
         self._whole: Part | None = None

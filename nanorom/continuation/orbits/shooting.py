@@ -152,4 +152,7 @@ def _cyclic_solve(maps: Array, gaps: Array) -> Array:
     matrix = block_diag(list(maps), format="csc") - kron(
         eye(count, format="csc").tocsc()[:, np.arange(count) - 1], eye(size), format="csc"
     )
-    return np.asarray(splu(matrix).solve(-gaps.ravel()).reshape(count, size))
+    try:
+        return np.asarray(splu(matrix).solve(-gaps.ravel()).reshape(count, size))
+    except RuntimeError:  # SciPy's word for a singular matrix
+        raise ContinuationError("shooting does not converge: its matrix is singular") from None

@@ -28,12 +28,14 @@ def crossings(
     eigenvalues : (2L,) at both ends; known : places between them (m,) of other crossings
     """
     length = ends[1] - ends[0]
+    # an interval of neighbouring numbers cannot be cut any more
+    least = max(RESOLVED * length, PARTS * float(np.spacing(np.abs(ends).max())))
     edges = np.clip((known[:, None] + [-BESIDE * length, BESIDE * length]).ravel(), *ends)
     values = [eigenvalues[0], *path.maps([path.place(x) for x in edges])[1], eigenvalues[1]]
     positions = np.concatenate([ends[:1], edges, ends[1:]])
     for i in range(0, len(positions) - 1, 2):
         part = slice(i, i + 2)
-        yield from _within(path, positions[part], np.stack(values[part]), RESOLVED * length)
+        yield from _within(path, positions[part], np.stack(values[part]), least)
 
 
 def _within(

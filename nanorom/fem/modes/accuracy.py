@@ -235,9 +235,19 @@ def _orthonormal(
     square += inexact
     # rigid motions have none
     size = np.sqrt(np.maximum(square, DEPENDENT * square.max(axis=1, keepdims=True)))
-    scaled = energy / (size[:, :, None] * size[:, None, :]) + DEPENDENT * np.eye(n)
-    factor = np.swapaxes(np.linalg.cholesky(scaled), 1, 2)
+    scaled = energy / (size[:, :, None] * size[:, None, :])
+    factor = np.swapaxes(_cholesky(scaled), 1, 2)
     return np.asarray(factor * size[:, None, :] @ known.coefficients)
+
+
+def _cholesky(energy: np.ndarray) -> np.ndarray:
+    """Factors (c, n, n) of energies, semidefinite to round-off: more so in long, thin cells."""
+    more = DEPENDENT
+    while True:
+        try:
+            return np.linalg.cholesky(energy + more * np.eye(energy.shape[1]))
+        except np.linalg.LinAlgError:
+            more *= 10
 
 
 def _tails(degree: int, factor: np.ndarray, local: np.ndarray) -> np.ndarray:

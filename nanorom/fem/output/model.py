@@ -66,7 +66,8 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
         method=parts.method,
         in_plane=parts.in_plane,
         versions=compat.versions(),
-        **parts.viscous,
+        bending=parts.viscous.get("bending"),
+        stretching=parts.viscous.get("stretching"),
     )
     return model if scene.damping is None else model.with_damping(scene.damping)
 

@@ -11,7 +11,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nanorom.continuation import Diagram, ModalSystem, explore, explore_levels, sweep
+from nanorom.continuation import (
+    Diagram,
+    ModalSystem,
+    explore,
+    explore_each,
+    explore_levels,
+    sweep,
+)
+from nanorom.continuation.diagrams import record
 from nanorom.errors import ContinuationError
 
 SAME = 1e-8
@@ -203,3 +211,55 @@ def test_a_drive_that_is_hundreds_of_times_the_stiffness_is_followed_over_the_ra
 
         speed = base.amplitude.max() ** 2  # of a motion that the cubic force alone turns back
         assert closes(orbit, right_side) < CLOSES * speed
+
+
+def duffing() -> ModalSystem:
+    return ModalSystem(damping=0.01, stiffness=[1.0], cubic=[[[[1.0]]]], direct=[1.0])
+
+
+@pytest.mark.parametrize("omega", [(1e-6, 1e-5), (1e-9, 9e-3)])
+def test_a_range_in_a_wrong_unit_is_refused_before_anything_runs(omega) -> None:
+    with pytest.raises(ContinuationError, match="lowest natural frequency.*unit"):
+        explore(duffing(), omega, 0.1)
+
+
+def test_a_range_that_begins_far_below_is_cut_and_told() -> None:
+    diagram = explore(duffing(), (1e-6, 1.6), 0.03)
+    assert diagram.branches[0].omega[0] == pytest.approx(0.01, rel=1e-3)
+    assert "follows the drive" in diagram.unexplored[0].why
+    assert len(diagram.points("LP")) == 1
+
+
+def test_a_motion_that_relaxes_too_fast_is_told_by_its_coordinate() -> None:
+    system = ModalSystem(
+        mass=[1.0, 1e-4],
+        damping=[0.05, 1.0],
+        stiffness=[1.0, 1.0],
+        cubic=0.3 * np.ones((2,) * 4),
+        direct=[1.0, 0.5],
+    )
+    with pytest.raises(ContinuationError, match="damping: found a motion that relaxes"):
+        explore(system, (0.5, 1.5), 0.05)
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_level_that_fails_withholds_no_other_and_easy_ones_come_first(processes) -> None:
+    levels = [(0.03, 0.0), (np.inf, 0.0), (0.01, 0.0), (0.02, 0.0)]
+    found: list[int] = []
+    with pytest.raises(ContinuationError, match="direct inf"):
+        for number, _ in explore_each(duffing(), (0.8, 1.2), levels, processes):
+            found.append(number)
+    assert sorted(found) == [0, 2, 3]
+    if processes == 1:
+        assert found == [2, 3, 0]
+
+
+def test_a_diagram_that_takes_too_many_steps_says_what_it_left(monkeypatch) -> None:
+    whole = explore(softening(), (0.5, 1.5), 0.08)
+    assert any(branch.origin is not None for branch in whole.branches)
+    monkeypatch.setattr(record, "BUDGET", 0)
+    diagram = explore(softening(), (0.5, 1.5), 0.08)
+    assert not any(branch.origin is not None for branch in diagram.branches)
+    (left,) = [left for left in diagram.unexplored if left.kind == "branch"]
+    assert left.omega == pytest.approx(whole.points("PD")[0].omega)
+    assert "most steps" in left.why

@@ -1,4 +1,4 @@
-"""Which orbits of a response stand for it: its special points, and others along its branches."""
+"""Which orbits of a diagram stand for it: its special points, and others along its branches."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from collections.abc import Sequence
 import attrs
 import numpy as np
 
-from nanorom.continuation import Diagram
-from nanorom.continuation.diagrams.diagram import Branch
+from nanorom.continuation.diagrams.diagram import Branch, Diagram
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
-from nanorom.results.verified import NONE
-from nanorom.types import Array
+from nanorom.types import Array, Numbers
 
 SPECIAL_SHARE = 0.5  # of all points, that special ones may take
 PLAIN = "-"  # type of a point that is not special
@@ -19,24 +17,30 @@ PLAIN = "-"  # type of a point that is not special
 
 @attrs.frozen(eq=False)
 class Chosen:
-    """An orbit to verify: its level, branch and type, its amplitude (L,) in m."""
+    """An orbit of a diagram: level, branch and type, amplitude (L,) and multipliers (2L,)."""
 
     level: int
     branch: int
     type: str
     orbit: PeriodicOrbit
     amplitude: Array
+    multipliers: Numbers
 
 
-def of_level(level: int, diagram: Diagram, count: int) -> list[Chosen]:
+def of_level(
+    level: int, diagram: Diagram, count: int, most_special: int | None = None
+) -> list[Chosen]:
     """About ``count`` orbits of a level's diagram, in the order of its branches.
 
-    Of special points at most half of them, those of largest amplitude; the rest is spread over all
-    branches by their lengths in the picture.
+    Special points are those of largest amplitude, ``most_special`` of them, or half of all; the
+    rest is spread over all branches by their lengths in the picture.
     """
     special = sorted(diagram.special_points, key=lambda p: -float(np.max(p.amplitude)))
-    special = special[: int(SPECIAL_SHARE * count)]
-    found = [Chosen(level, p.branch, p.type, p.orbit, np.asarray(p.amplitude)) for p in special]
+    special = special[: int(SPECIAL_SHARE * count) if most_special is None else most_special]
+    found = [
+        Chosen(level, p.branch, p.type, p.orbit, np.asarray(p.amplitude), p.multipliers)
+        for p in special
+    ]
     branches = [(n, b) for n, b in enumerate(diagram.branches) if len(b.omega)]
     height = max((float(b.amplitude.max()) for _, b in branches), default=0.0)
     width = max((float(np.ptp(b.omega)) for _, b in branches), default=0.0)
@@ -45,8 +49,9 @@ def of_level(level: int, diagram: Diagram, count: int) -> list[Chosen]:
     for (number, branch), length, share in zip(branches, lengths, shares):
         for place in _spread(length, share):
             amplitude = np.asarray(branch.amplitude[place])
-            found.append(Chosen(level, number, PLAIN, branch.orbit(place), amplitude))
-    return sorted(found, key=lambda point: point.branch if point.branch != NONE else np.inf)
+            multipliers = branch.multipliers[place]
+            found.append(Chosen(level, number, PLAIN, branch.orbit(place), amplitude, multipliers))
+    return sorted(found, key=lambda point: point.branch)
 
 
 def _length(branch: Branch, width: float, height: float) -> Array:

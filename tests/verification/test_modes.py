@@ -1,0 +1,108 @@
+"""Modes chosen by the response, and what modes that are left out are told to make of it."""
+
+import attrs
+import numpy as np
+import pytest
+
+import nanorom
+from nanorom.errors import SceneError
+from nanorom.report.text import response_text
+from nanorom.results.response import Response
+from tests.verification.conftest import drum
+
+TOLERANCE = 1e-3
+TOO_SMALL = 3.0  # factor by which an estimate may be below the true error
+NEGLIGIBLE = 1e-5  # errors below are not compared
+SECTIONS = {
+    "tension": (0.3, 0.3),
+    "drive": nanorom.Drive([10.0, 15.0]),
+    "sweep": nanorom.Sweep("0.9 f1", "1.3 f1"),
+}
+
+
+def followed(scene):
+    model = nanorom.reduce(scene)
+    return model, nanorom.respond(model, scene.drive, scene.sweep, processes=1)
+
+
+@pytest.fixture(scope="module")
+def few():
+    return followed(drum([1], **SECTIONS))
+
+
+@pytest.fixture(scope="module")
+def chosen():
+    scene = drum("auto", **SECTIONS)
+    return followed(scene.with_(accuracy=attrs.evolve(scene.accuracy, response=TOLERANCE)))
+
+
+@pytest.fixture(scope="module")
+def many():
+    """Twice as many modes as are chosen, of the classes that the pressure drives."""
+    return followed(drum([1, 4, 6, 11, 13, 17, 24, 26, 30, 31], **SECTIONS))
+
+
+def differences(response, other):
+    """Relative differences of frequency and amplitude of each point from the nearest of another."""
+    for diagram, rest in zip(response.diagrams, other.diagrams):
+        for point in diagram.special_points:
+            same = [p for p in rest.special_points if p.type == point.type]
+            near = min(same, key=lambda p: abs(p.omega - point.omega))
+            by_amplitude = point.amplitude.max() / near.amplitude.max() - 1
+            yield point, abs(near.omega / point.omega - 1), abs(by_amplitude)
+
+
+def test_every_special_point_of_chosen_modes_is_that_of_twice_as_many(chosen, many):
+    model, response = chosen
+    assert 1 < model.size <= 7
+    assert set(model.diagnostics["chosen"]) == set(model.label)
+    assert model.diagnostics["chosen"]["f01"] == "driven"
+    assert model.diagnostics["error_response"] < TOLERANCE
+    assert response.error < TOLERANCE
+    for _, omega, amplitude in differences(response, many[1]):
+        assert max(omega, amplitude) < TOLERANCE
+
+
+def test_scene_of_chosen_modes_is_that_of_a_selection(chosen):
+    model, _ = chosen
+    scene = nanorom.Scene.from_toml(model.scene)
+    assert scene.modes.numbers == tuple(model.number)
+    again = nanorom.reduce(scene)
+    assert again.cubic == pytest.approx(model.cubic, rel=1e-5, abs=1e-6 * np.abs(model.cubic).max())
+
+
+def test_estimates_of_too_few_modes_are_near_their_errors_and_name_what_is_missing(few, many):
+    _, response = few
+    worst = 0.0
+    for level, diagram in enumerate(response.diagrams):
+        for point in diagram.special_points:
+            row = response.estimated(level, point)
+            assert row is not None
+            table = response.estimates[level]
+            assert table.making(row, response.outside_label)[0][0] == "f02"
+            worst = max(worst, table.error[row])
+    true = max(amplitude for _, _, amplitude in differences(response, many[1]))
+    assert true > TOLERANCE
+    assert true / TOO_SMALL < worst < TOO_SMALL * true
+    assert "f02" in response_text(response)
+
+
+def test_estimates_survive_their_file_and_are_drawn_as_a_band(few, tmp_path):
+    from nanorom.plots import response_figure
+
+    _, response = few
+    response.save(tmp_path / "response.h5")
+    again = Response.load(tmp_path / "response.h5")
+    assert again.outside_label == response.outside_label
+    for table, read in zip(response.estimates, again.estimates):
+        assert np.array_equal(table.omega_change, read.omega_change)
+        assert np.array_equal(table.share, read.share)
+    figure = response_figure(again, tmp_path / "response.png")
+    assert len(figure.axes[0].patches) == len(again.estimates)
+
+
+def test_modes_are_chosen_for_a_response_alone():
+    with pytest.raises(SceneError, match=r"modes.count: found auto without \[drive\]"):
+        drum("auto")
+    with pytest.raises(SceneError, match="modes.count: found 'all'"):
+        drum("all")
