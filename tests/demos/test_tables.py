@@ -10,6 +10,7 @@ import pytest
 import nanorom
 from nanorom.errors import ModelError
 from nanorom.rom import tables
+from tests.benchmarks import outside
 
 DEMOS = Path(__file__).parents[2] / "demos"
 TABLE1_TOLERANCE = 1e-8  # each coefficient relative to itself
@@ -23,6 +24,24 @@ def test_table1_agrees_with_the_bessel_series_by_both_routes(capsys):
         for method in ("direct", "step"):
             assert found[method, r, indices] == pytest.approx(exact, rel=TABLE1_TOLERANCE)
     assert "STEP column is within 0.43% of exact" in capsys.readouterr().out
+
+
+def test_table4_is_that_of_a_drum_of_650_gigapascals(capsys):
+    ratios, median, asymmetry = runpy.run_path(str(DEMOS / "table4.py"))["main"]()
+    printed = runpy.run_path(str(DEMOS / "table4.py"))["RATIOS"]
+    assert np.abs(ratios / printed - 1).max() < 3.5e-3  # of three digits
+    assert median < 0.0105 and asymmetry < 0.01
+    assert "193 entries above 5: median difference 1.01 %" in capsys.readouterr().out
+
+
+def test_numbers_of_others_stand_in_the_page_beside_what_is_computed_now():
+    def numbers(text):
+        rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")][2:]
+        return [row[:3] for row in rows], np.array([float(row[3]) for row in rows])
+
+    written, computed = numbers(outside.DOCUMENT.read_text()), numbers(outside.page())
+    assert written[0] == computed[0]
+    assert written[1] == pytest.approx(computed[1], rel=2e-6)  # six digits are written
 
 
 @pytest.fixture(scope="module")
