@@ -51,8 +51,11 @@ class Shrinking(Condition):
 
     radius: float
 
+    def candidates(self, multipliers):
+        return multipliers[multipliers.imag > REAL]
+
     def distances(self, multipliers):
-        return np.abs(np.abs(multipliers[multipliers.imag > REAL]) - self.radius)
+        return np.abs(np.abs(self.candidates(multipliers)) - self.radius)
 
     def crossing(self, multipliers):
         return float(np.abs(multipliers).max() - self.radius)

@@ -36,9 +36,17 @@ class Condition(ABC):
 
     multipliers = 1
 
+    def candidates(self, multipliers: Numbers) -> Numbers:
+        """Those that may be critical."""
+        return multipliers
+
     @abstractmethod
     def distances(self, multipliers: Numbers) -> Array:
-        """Of those that may be critical from where they belong."""
+        """Of the candidates from where they belong."""
+
+    def nearest(self, multipliers: Numbers) -> complex:
+        """The one that is critical, or next to it."""
+        return complex(self.candidates(multipliers)[self.distances(multipliers).argmin()])
 
     @abstractmethod
     def crossing(self, multipliers: Numbers) -> float:
@@ -135,8 +143,11 @@ class OnCircle(Condition):
 
     multipliers = 2
 
+    def candidates(self, multipliers: Numbers) -> Numbers:
+        return multipliers[multipliers.imag > REAL]
+
     def distances(self, multipliers: Numbers) -> Array:
-        return np.asarray(np.abs(np.abs(multipliers[multipliers.imag > REAL]) - 1))
+        return np.asarray(np.abs(np.abs(self.candidates(multipliers)) - 1))
 
     def crossing(self, multipliers: Numbers) -> float:
         outside = (np.abs(multipliers.imag) > REAL) & (np.abs(multipliers) > 1)
