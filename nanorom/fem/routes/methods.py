@@ -62,6 +62,7 @@ def force_of(
             outside = scales.cubic * found.outside.cubic * selection.permitted(modes, 4)
             slowest = scales.frequency(np.array(found.outside.eigenvalue))
             told["outside_frequency"] = float(slowest)
+            told["outside_own_frequencies"] = scales.frequency(found.outside.own)
     quadratic *= selection.permitted(modes, 3)
     cubic *= selection.permitted(modes, 4)
     return Force(stretching, quadratic, cubic, outside, in_plane, told)

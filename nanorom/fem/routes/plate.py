@@ -13,7 +13,7 @@ from nanorom.errors import SolverError
 from nanorom.fem import plan_text
 from nanorom.fem.fields import places
 from nanorom.fem.mesh import discretisation
-from nanorom.fem.models import inertia, layer
+from nanorom.fem.models import following, inertia, layer
 from nanorom.fem.models.build import build_plate, check_springs, pulls_at_free_edge
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy, buckling, coupled, eigen
@@ -328,13 +328,25 @@ class PlateRoute(Route):
             viscous=viscous(scene, scales, modes, products),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
-            diagnostics=solution.diagnostics | of_range | _size(plate),
+            diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),
         )
         mass_matrix = modes.mass  # it keeps the film's communicator
         del solution, modes, plate, products, force
         compat.free_memory(team.within, mass_matrix.comm.tompi4py())
         mass_matrix.destroy()
         return parts
+
+
+def _told(solution: Solution, frequency: np.ndarray, stiffness: np.ndarray) -> dict[str, Any]:
+    """What is known of a solution; a warning if what is outside its modes is no slave of theirs."""
+    told, force = dict(solution.diagnostics), solution.force
+    own = told.pop("outside_own_frequencies", None)
+    if own is not None and force.outside is not None:
+        tensors = stiffness, force.quadratic, force.cubic, force.outside
+        change = following.dynamics(frequency, own, *tensors)
+        following.check(solution.names, change, frequency, own)
+        told["outside_dynamics"] = change
+    return told
 
 
 def _size(plate: Plate) -> dict[str, Any]:

@@ -53,16 +53,35 @@ def together() -> MPI.Comm:
 
 
 def memory(comm: MPI.Comm) -> float:
-    """Bytes that new processes may take on the fullest of the ranks' machines; 0 if unknown.
+    """Bytes that new processes may take where least are left; 0 if unknown. Collective.
 
-    Collective.
+    Of the ranks' machines, and of the limits that a queue or a container sets them.
     """
     try:
         words = Path("/proc/meminfo").read_text().split()
         free = 1024.0 * int(words[words.index("MemAvailable:") + 1])
+        free = min(free, left_by_limits())
     except (OSError, ValueError):  # not Linux
         free = 0.0
     return float(comm.allreduce(free, op=MPI.MIN))
+
+
+def left_by_limits(
+    own: Path = Path("/proc/self/cgroup"), root: Path = Path("/sys/fs/cgroup")
+) -> float:
+    """Bytes that the control groups of this process leave it, those above it included."""
+    files = {"": ("memory.max", "memory.current")}  # of version 2; "memory" is version 1
+    files["memory"] = "memory.limit_in_bytes", "memory.usage_in_bytes"
+    least = np.inf
+    for line in own.read_text().splitlines() if own.is_file() else []:
+        _, controllers, place = line.split(":", 2)
+        for controller in set(controllers.split(",")) & set(files):
+            folder = root / controller / place.lstrip("/")
+            for above in (folder, *folder.parents):
+                limit, used = (above / name for name in files[controller])
+                if limit.is_file() and used.is_file() and limit.read_text().strip() != "max":
+                    least = min(least, float(limit.read_text()) - float(used.read_text()))
+    return max(least, 0.0)
 
 
 def shared(

@@ -44,11 +44,13 @@ class Outside:
     """The response of all that lies outside the modes.
 
     cubic: (L, L, L, L), the force that it adds; eigenvalue: squared frequency of the slowest
-    response to a product of modes (Rayleigh's quotient, from above), infinite if there is none.
+    response to a product of modes (Rayleigh's quotient, from above), infinite if there is none;
+    own: (L,), the same of the response to the square of each mode, if that is known.
     """
 
     cubic: np.ndarray
     eigenvalue: float = np.inf
+    own: np.ndarray = attrs.field(factory=lambda: np.empty(0))
 
 
 class PairForces:
@@ -175,15 +177,18 @@ def response(modes: Modes, forces: PairForces, stiffness: np.ndarray) -> Outside
         return {p: _class_response(modes, film, totals[p], loads[p], p, stiffness) for p in own}
 
     found = groups.shared(plate.domain.across, list(loads), work)
-    products = np.zeros((n,) * 4)
+    products, own = np.zeros((n,) * 4), np.full(n, np.inf)
     squares = []
     for parity, (energy, mass) in found.items():
         unpacked(energy, forces.pairs[parity], products)
+        for i, (j, k) in enumerate(forces.pairs[parity]):
+            if j == k and mass[i] > 0:
+                own[j] = energy[i, i] / mass[i]
         squares.append(np.column_stack([energy.diagonal(), mass]))
     energy, mass = np.concatenate(squares).T
     slow = energy > MATTERS * max(energy.max(), np.finfo(float).tiny)
     eigenvalue = float((energy[slow] / mass[slow]).min()) if slow.any() else np.inf
-    return Outside(tensors.paired(products), eigenvalue)
+    return Outside(tensors.paired(products), eigenvalue, own)
 
 
 def _class_response(
