@@ -21,7 +21,7 @@ class Model:
     by its tension alone, and nothing turns at a rotational spring; lowest_degree: of the deflection
     on a mesh; springs: an edge may be elastic; planar: what is in its plane is known apart: tension
     along xy, supports of the displacement there, a film that nothing holds; shallow: slopes of the
-    deflection are small.
+    deflection are small; larger: a model of more modes can be had beside one, at no great cost.
     """
 
     bends: bool | None
@@ -29,13 +29,14 @@ class Model:
     springs: bool = True
     planar: bool = True
     shallow: bool = True
+    larger: bool = True
 
 
 MODELS = {
     "auto": Model(bends=None),
     "membrane": Model(bends=False),
     "plate": Model(bends=True, lowest_degree=2),
-    "shell": Model(bends=True, springs=False, planar=False, shallow=False),
+    "shell": Model(bends=True, springs=False, planar=False, shallow=False, larger=False),
     "beam": Model(bends=True, planar=False),
 }
 
