@@ -43,7 +43,7 @@ from nanorom.types import Array
 if TYPE_CHECKING:
     from nanorom.continuation import ModalSystem
 
-UNSORTED = 1e-6  # relative; degenerate frequencies may stand in either order
+UNSORTED = 1e-3  # relative: near modes rank by name, as a mesh may not tell which is the lower
 ASYMMETRIC = 1e-6  # a stiffness, mass or damping matrix beyond this is a mistake
 NORMALIZATION = "max"  # of the mode shapes: max |phi| = 1
 MORE_THAN_REPORTED = 2.0  # a file may measure its asymmetry in another norm
