@@ -30,7 +30,9 @@ class Comparison:
     """A row of the table: the modal orbit's estimate, and the film's orbit or None.
 
     modal_residual : of the film's equations by the drive; estimate, estimate_omega: relative, of
-    the largest amplitude and of the frequency; takes_part (K,) in m; deflection in m, of the model.
+    the largest amplitude and of the frequency; takes_part (K,) in m; deflection in m, of the model;
+    left : the residual, by the drive, at which the search for the film's orbit ended in vain, NaN
+    where it was found or not looked for.
     """
 
     point: Chosen
@@ -41,6 +43,7 @@ class Comparison:
     deflection: float
     multiplier: float
     full: FullOrbit | None
+    left: float
 
     @property
     def error(self) -> float:
@@ -62,6 +65,7 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
     amplitude = orbit_amplitudes(corrected[None])[0]
     mode = film.inside[int(point.amplitude.argmax())]
     outside = np.setdiff1d(np.arange(len(film.parities)), film.inside)
+    full, left = _solved(problem, borders) if solve else (None, np.nan)
     return Comparison(
         point=point,
         modal_residual=first.residual,
@@ -70,15 +74,22 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
         takes_part=amplitude[outside],
         deflection=largest_deflection(problem, problem.start),
         multiplier=stability.largest(point.orbit),
-        full=_solved(problem, borders) if solve else None,
+        full=full,
+        left=left,
     )
 
 
-def _solved(problem: Problem, borders: list[Border]) -> FullOrbit | None:
-    """The film's orbit at the same frequency, or else across the branch, or none."""
+def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, float]:
+    """The film's orbit at the same frequency, or else across the branch, or none.
+
+    With it the smallest residual at which the search ended where there is none, else NaN.
+    """
+    left = np.inf
     for border in borders:
         try:
-            return told(problem, correct(problem.model, problem.start, problem.rate, border))
-        except NoOrbitError:
-            continue
-    return None
+            found = correct(problem.model, problem.start, problem.rate, border)
+        except NoOrbitError as error:
+            left = min(left, error.residual)
+        else:
+            return told(problem, found), np.nan
+    return None, left

@@ -231,7 +231,7 @@ def on_triangulation(
 class PlateRoute(Route):
     """Plates and membranes, flat or about a static state, cut at their mirrors."""
 
-    load_curves = True
+    of_plates = True
 
     def check(self, scene: Scene) -> None:
         """Raise SceneError for springs beyond what can be computed, too."""
