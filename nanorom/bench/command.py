@@ -59,13 +59,16 @@ def _speed(directory: Path, quick: bool) -> None:
 
 
 def _accuracy(directory: Path, quick: bool) -> None:
-    from nanorom.bench import accuracy, report
+    from nanorom.bench import accuracy, report, scenes
 
     rows = _shown(accuracy.rows(quick))
     report.write_csv(rows, directory / "accuracy.csv")
+    drawn = _shown(scenes.rows(quick))
+    report.write_csv(drawn, directory / "scenes.csv")
+    worst = _shown(iter([scenes.summary(drawn)]))
     title = "True error against the estimate"
     command = _command(" --accuracy", quick)
-    report.write_markdown(title, (rows,), directory / "accuracy.md", command)
+    report.write_markdown(title, (rows, worst, drawn), directory / "accuracy.md", command)
 
 
 def _stress(directory: Path, quick: bool) -> None:

@@ -89,7 +89,7 @@ def _processor() -> str:
     try:
         text = Path("/proc/cpuinfo").read_text()
         return next(x.split(":")[1].strip() for x in text.splitlines() if "model name" in x)
-    except (OSError, StopIteration):
+    except (OSError, StopIteration):  # not Linux: less telling
         return platform.processor() or platform.machine()
 
 
@@ -101,7 +101,7 @@ def _versions() -> str:
         try:
             found.append(f"{name} {version(name)}")
         except PackageNotFoundError:
-            continue
+            found.append(f"{name} not installed")
     return ", ".join(found)
 
 

@@ -49,7 +49,7 @@ def _number(text: str | None) -> str | float | None:
     """A plain number is in SI, as in a scene file; anything else carries its unit."""
     try:
         return text if text is None else float(text)
-    except ValueError:
+    except ValueError:  # with its unit, which is read later
         return text
 
 

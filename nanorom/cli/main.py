@@ -9,7 +9,8 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TextIO
 
 from nanorom.cli.parser import build_parser
@@ -23,10 +24,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Threaded BLAS makes the many small dense operations here several times slower.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     options = build_parser().parse_args(arguments)
-    if not options.debug:
-        logging.disable(logging.INFO)  # the form compiler prints its C compiler's command lines
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _quiet(not options.debug):
             warnings.showwarning = _show_warning
             options.command(options)
         sys.stdout.flush()
@@ -42,6 +41,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = f"unexpected {type(error).__name__}: {error} (--debug shows where)"
         return _fail(options, message)
     return 0
+
+
+@contextmanager
+def _quiet(wanted: bool) -> Iterator[None]:
+    """Without what libraries log of their work, such as a C compiler's command lines."""
+    before = logging.root.manager.disable
+    if wanted:
+        logging.disable(max(before, logging.INFO))
+    try:
+        yield
+    finally:
+        logging.disable(before)
 
 
 def _show_warning(

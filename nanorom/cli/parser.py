@@ -187,7 +187,7 @@ def _view(parser: argparse.ArgumentParser) -> None:
 def _bench(parser: argparse.ArgumentParser) -> None:
     what = parser.add_mutually_exclusive_group()
     for name, text in (
-        ("accuracy", "true error against the estimate, for drums, squares and strings"),
+        ("accuracy", "true error against the estimate: drums, squares, strings and random scenes"),
         ("stress", "extreme parameters, each against an exact or a finer solution"),
         ("skips", "what each skip of the plan saves, and what it changes"),
         ("size", "time and memory against unknowns, on the ranks of mpirun"),

@@ -14,7 +14,7 @@ def finite(value: object) -> bool:
     """Whether a value is one finite real number."""
     try:
         return bool(np.isfinite(float(value)))  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError):  # no number
         return False
 
 

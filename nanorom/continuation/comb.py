@@ -8,6 +8,7 @@ window: Harris 1978, doi:10.1109/PROC.1978.10837 (Blackman-Harris, side lobes be
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import attrs
 import numpy as np
@@ -77,6 +78,9 @@ def comb(
     if not (np.isfinite(low) and np.isfinite(high) and 0 <= low < high):
         raise ContinuationError(f"band: found ({low:g}, {high:g}); allowed a rising range above 0")
     edges = np.linspace(low, high, cells + 1)
+    levels = {"direct": direct, "parametric": parametric}
+    asked = {"periods": periods, "recorded": recorded, "tolerance": tolerance}
+    in_time = partial(record, system, **levels, **asked)
     rows, exact = [], []
     for frequency in np.asarray(omega, dtype=float):
         torus = _torus(tori, float(frequency))
@@ -85,16 +89,7 @@ def comb(
             state = np.concatenate([torus.motion(0.0), torus.motion.velocity(0.0)])
             amplitudes = np.abs(lines)
         else:
-            rates, amplitudes, state = record(
-                system,
-                float(frequency),
-                direct,
-                parametric,
-                state=state,
-                periods=periods,
-                recorded=recorded,
-                tolerance=tolerance,
-            )
+            rates, amplitudes, state = in_time(float(frequency), state=state)
         rows.append(_cells(rates, amplitudes, edges))
         exact.append(torus is not None)
     middles = (edges[1:] + edges[:-1]) / 2

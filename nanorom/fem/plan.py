@@ -10,12 +10,14 @@ import numpy as np
 
 from nanorom.fem.mesh import discretisation
 from nanorom.fem.mesh.discretisation import Discretisation
-from nanorom.fem.scales import Scales
+from nanorom.fem.scales import Scales, acting_tension
 from nanorom.fem.symmetry import Mirrors, is_symmetric
 from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import deflection_of
 
 BENDING_FACTOR = 4.0  # from wavenumber x layer to a bound on the effect of bending: 30 times safe
+SKIPPED = 0.5  # of the tolerance: what is left out may take; the mesh has the rest
 
 
 @attrs.frozen
@@ -38,13 +40,20 @@ class Plan:
         tolerance = scene.accuracy.tolerance
         bending = scene.plate.bends
         if bending is None:  # unless it certainly makes no difference
-            bending = effect is None or tolerance is None or effect > tolerance
+            bending = effect is None or tolerance is None or effect > SKIPPED * tolerance
         return cls(scene, bending, effect, Scales.of(scene, bending))
+
+    @property
+    def left_out(self) -> float:
+        """Bound on the relative effect of what is skipped without the scene saying so."""
+        skipped = self.scene.plate.bends is None and not self.bending
+        return self.bending_effect or 0.0 if skipped else 0.0
 
     @property
     def layer(self) -> float:
         """Width sqrt(D/T) of the edge layer in units of the scene's length; 0 without bending."""
-        tension = max(self.scene.tension.x, self.scene.tension.y, 1e-300)
+        acting = acting_tension(self.scene) or self.scene.tension
+        tension = max(acting.largest, 1e-300)
         return float(np.sqrt(self.scales.bending * self.scales.tension / tension))
 
     def discretisation(self, aim: float | None) -> Discretisation:
@@ -75,15 +84,17 @@ def bending_effect(scene: Scene) -> float | None:
     """Bound on the relative effect of bending on frequencies and tensors.
 
     At a clamped edge the film is stiff over a layer sqrt(D/T), as if it were shorter by that; None
-    where there is no tension, or for a mesh file, whose wavelengths are not known beforehand.
+    where a direction is without tension or the tension is not known beforehand, nor are the
+    wavelengths on a mesh file.
     """
-    scales = Scales.of(scene)
-    smallest = min(scene.tension.x, scene.tension.y)
-    supports = scene.supports.values()
-    if isinstance(scene.geometry, MeshFile) or smallest <= 0 or scene.plate.bends is False:
+    tension = acting_tension(scene)
+    if tension is None or tension.smallest <= 0 or scene.plate.bends is False:
         return None
+    scales = Scales.of(scene)
+    supports = map(deflection_of, scene.supports.values())
+    assert not isinstance(scene.geometry, MeshFile)  # its tension is not known beforehand
     wavenumber = discretisation.shortest_wave(scene.geometry, scene.modes.highest) * scales.length
     size = 1.0 if isinstance(scene.geometry, Disc) else scene.geometry.width / scales.length
-    layer = float(np.sqrt(scales.bending * scales.tension / smallest))
+    layer = float(np.sqrt(scales.bending * scales.tension / tension.smallest))
     scaled = BENDING_FACTOR * max(wavenumber, 1 / size) * layer
     return scaled if "clamped" in supports or scene.support.springs else scaled**2

@@ -10,6 +10,7 @@ from math import comb
 import attrs
 
 from nanorom.fem.plan import Plan
+from nanorom.fem.scales import acting_tension
 from nanorom.fem.symmetry import Mirrors
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.support import in_plane_of
@@ -46,6 +47,8 @@ def bending_item(plan: Plan) -> Item:
             return Item("bending", False, f"the scene's model is {model}")
         if isinstance(scene.geometry, MeshFile):
             return Item("bending", True, "the wavelengths on a mesh file are not known")
+        if acting_tension(scene) is None:
+            return Item("bending", True, "only the static state tells how much tension acts")
         return Item("bending", True, "a direction without tension: nothing to compare it with")
     effect = f"a bound on its effect is {plan.bending_effect:.1e}"
     if scene.plate.bends is not None:
@@ -53,7 +56,7 @@ def bending_item(plan: Plan) -> Item:
     if scene.accuracy.tolerance is None:
         return Item("bending", True, f"{effect}, and the scene states no tolerance")
     relation = "more" if plan.bending else "less"
-    return Item("bending", plan.bending, f"{effect}, {relation} than the tolerance")
+    return Item("bending", plan.bending, f"{effect}, {relation} than half of the tolerance")
 
 
 def mirror_item(mirrors: Mirrors) -> Item:

@@ -12,11 +12,12 @@ from nanorom.fem.plan import Plan
 from nanorom.fem.routes.registry import route_of
 from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import memory, split
-from nanorom.fem.stopwatch import Progress, Stopwatch
+from nanorom.fem.stopwatch import Stopwatch
 from nanorom.files.partial import Journal
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.types import Progress
 from nanorom.version import version
 
 

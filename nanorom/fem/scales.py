@@ -5,8 +5,11 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from nanorom.fem.symmetry import AXES, OPPOSITE
+from nanorom.scene.film import Tension
 from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.support import in_plane_of
 
 
 @attrs.frozen
@@ -41,6 +44,11 @@ class Scales:
         mass = material.density * h * length**2
         return cls(length, tension, mass, stretch / length**2, stiffness / tension)
 
+    @property
+    def strain(self) -> float:
+        """The unit of tension by the membrane stiffness E h."""
+        return self.tension / (self.cubic * self.length**2)
+
     def in_plane_frequency(self, eigenvalue: float) -> float:
         """Frequency in Hz of a scaled in-plane eigenvalue per unit of membrane stiffness."""
         stiffness = self.cubic * self.length**2
@@ -49,3 +57,27 @@ class Scales:
     def frequency(self, eigenvalues: np.ndarray) -> np.ndarray:
         """Frequencies in Hz of eigenvalues of the scaled problem."""
         return np.sqrt(eigenvalues * self.tension / self.mass) / (2 * np.pi)
+
+
+def acting_tension(scene: Scene) -> Tension | None:
+    """Tension in the state that modes are about; None where only that state itself can tell.
+
+    A load's stress adds to it; other loads bend and stretch the film, and an initial shape turns
+    tension into curvature; where it pulls at a free edge, it relaxes.
+    """
+    load, change = scene.load, 0.0
+    if load is not None:
+        if any(part is not None for part in (load.pressure, load.voltage, load.force)):
+            return None
+        change = (load.stress or 0.0) * scene.plate.thickness
+    if scene.plate.initial_shape is not None or isinstance(scene.geometry, MeshFile):
+        return None
+    t, kinds = scene.tension, scene.supports
+    tension = Tension(t.x + change, t.y + change, t.xy)
+    for axis, pull in zip(AXES, (tension.x, tension.y)):
+        held = all(in_plane_of(kinds.get(end, "fixed")) == "fixed" for end in OPPOSITE[axis])
+        if (pull or tension.xy) and not held:
+            return None
+    if isinstance(scene.geometry, Disc) and in_plane_of(scene.support.kind("edge")) != "fixed":
+        return None
+    return tension

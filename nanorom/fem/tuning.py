@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import attrs
@@ -15,7 +15,7 @@ from nanorom.fem.models.build import build_plate
 from nanorom.fem.modes import coupled, names
 from nanorom.fem.modes.eigen import UnstableError
 from nanorom.fem.plan import Plan
-from nanorom.fem.routes.registry import route_of
+from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics import loads, state
 from nanorom.fem.statics import path as loadpath
@@ -25,10 +25,10 @@ from nanorom.fem.symmetry import is_symmetric
 from nanorom.results.loadcurve import UNITS, LoadCurve
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Scene
+from nanorom.types import Progress
 
 POINTS = 20
 MOST_DETOUR = 20  # steps of a path per point asked for
-Progress = Callable[[str, int, int], None]
 
 
 def tune(
@@ -99,11 +99,7 @@ class LoadedFilm:
     """The static problem of a scene under growing shares of a load. Collective."""
 
     def __init__(self, scene: Scene, load: Load, quantity: str, comm: MPI.Comm) -> None:
-        if not route_of(scene).load_curves:
-            raise SceneError(
-                f"plate.model: found {scene.plate.model}; allowed for a curve: "
-                "auto | membrane | plate"
-            )
+        check_of_plates(scene, "a curve")
         self.scene, self.load, self.quantity, self.comm = scene, load, quantity, comm
         plan = Plan.of(scene)
         self.scales = plan.scales

@@ -115,7 +115,7 @@ def kind_of(path: str | Path) -> str:
     try:
         with _open(path) as file:
             return text(file.attrs.get("format", ""))
-    except (NanoromError, OSError, RuntimeError, ValueError, TypeError):
+    except (NanoromError, OSError, RuntimeError, ValueError, TypeError):  # damaged, or another kind
         return ""
 
 

@@ -81,10 +81,10 @@ def _is_alive(temporary: Path) -> bool:
     process = re.findall(r"-(\d+)\.part", temporary.name)
     try:
         os.kill(int(process[-1]), 0)
-    except ProcessLookupError:
+    except ProcessLookupError:  # the answer
         return False
     except (IndexError, OSError, OverflowError):
-        pass
+        pass  # of another user, or no number: it is left alone
     return True
 
 

@@ -167,6 +167,6 @@ def is_length(unit: str) -> bool:
     """Whether a unit is one of length."""
     try:
         to_si(f"1 {unit}", "m", "unit")
-    except SceneError:
+    except SceneError:  # of another dimension, or unknown
         return False
     return True

@@ -30,7 +30,7 @@ def estimated(response: Response, model: ReducedModel, question: Question) -> Re
         question = attrs.evolve(question, damping=extended(damping, places, count))
     try:
         system, _, _ = question.of(wide)
-    except ModelError:
+    except ModelError:  # it does not know the drive's aim
         return response
     tables = [
         estimates_of(LargerSystem(system, places, d.direct, d.parametric), d)

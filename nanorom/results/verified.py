@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.schema import array, note
+from nanorom.rom.arrays import as_optional
 from nanorom.scene.units import tabulated, with_unit
 from nanorom.types import Array
 
@@ -97,6 +98,14 @@ class Verified:
             "largest modulus of a Floquet multiplier of the modal orbit, outside modes included",
             finite=False,
         )
+    )
+
+    left: Array | None = attrs.field(
+        default=None,
+        converter=as_optional,
+        metadata=array(
+            "n", "", "residual, by the drive, at which the search ended in vain", finite=False
+        ),
     )
 
     def __attrs_post_init__(self) -> None:
@@ -197,6 +206,10 @@ class Verified:
         if len(errors):
             worst = f"median {np.median(errors):.1e}, largest {errors.max():.1e}"
             lines.append(f"error of the largest amplitude: {worst}")
+        left = np.empty(0) if self.left is None else self.left[np.isfinite(self.left)]
+        if len(left):
+            ends = f"{left.min():.0e} to {left.max():.0e}" if len(left) > 1 else f"{left[0]:.0e}"
+            lines.append(f"{len(left)} not found: the search ended at a residual of {ends}")
         unsure = np.flatnonzero(~self.solved & np.isnan(self.estimate))
         if len(unsure):
             lines.append(f"{len(unsure)} without any estimate")

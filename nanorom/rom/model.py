@@ -43,7 +43,7 @@ from nanorom.types import Array
 if TYPE_CHECKING:
     from nanorom.continuation import ModalSystem
 
-UNSORTED = 1e-6  # relative; degenerate frequencies may stand in either order
+UNSORTED = 1e-3  # relative: near modes rank by name, as a mesh may not tell which is the lower
 ASYMMETRIC = 1e-6  # a stiffness, mass or damping matrix beyond this is a mistake
 NORMALIZATION = "max"  # of the mode shapes: max |phi| = 1
 MORE_THAN_REPORTED = 2.0  # a file may measure its asymmetry in another norm
@@ -197,25 +197,28 @@ class ReducedModel:
             if item.symmetry == POTENTIAL
         )
 
-    def nonlinear_forces(self, q: ArrayLike) -> Array:
-        """eta(q) in N, (..., L), of amplitudes q in m, (..., L)."""
-        q = self._amplitudes(q)
-        secant = q @ self._matrix(self.quadratic) + self._products(q) @ self._matrix(self.cubic)
+    def nonlinear_forces(self, q: ArrayLike, outside: bool = True) -> Array:
+        """eta(q) in N, (..., L), of amplitudes q in m, (..., L); ``outside`` as for `system`."""
+        q, cubic = self._amplitudes(q), self.cubic_of(outside)
+        secant = q @ self._matrix(self.quadratic) + self._products(q) @ self._matrix(cubic)
         return np.einsum("...rj,...j->...r", secant.reshape(*q.shape, self.size), q)
 
-    def forces(self, q: ArrayLike) -> Array:
-        """Restoring force K q + eta(q) in N, (..., L), of amplitudes q in m, (..., L)."""
-        q = self._amplitudes(q)
-        return q @ self.stiffness.T + self.nonlinear_forces(q)
+    def forces(self, q: ArrayLike, outside: bool = True) -> Array:
+        """Restoring force K q + eta(q) in N, (..., L), of amplitudes q in m, (..., L).
 
-    def jacobian(self, q: ArrayLike) -> Array:
+        ``outside`` as for `system`, here and in `jacobian` and `energy`.
+        """
+        q = self._amplitudes(q)
+        return q @ self.stiffness.T + self.nonlinear_forces(q, outside)
+
+    def jacobian(self, q: ArrayLike, outside: bool = True) -> Array:
         """Tangent stiffness d forces / d q in N/m, (..., L, L), at amplitudes q in m, (..., L)."""
         q = self._amplitudes(q)
         tangent = 2 * (q @ self._matrix(self.quadratic))
-        tangent += 3 * (self._products(q) @ self._matrix(self.cubic))
+        tangent += 3 * (self._products(q) @ self._matrix(self.cubic_of(outside)))
         return self.stiffness + tangent.reshape(*q.shape, self.size)
 
-    def energy(self, q: ArrayLike) -> Array:
+    def energy(self, q: ArrayLike, outside: bool = True) -> Array:
         """Elastic energy in J, (...), of amplitudes q in m, (..., L).
 
         Its gradient is the restoring force where the tensors derive from a potential.
@@ -223,7 +226,7 @@ class ReducedModel:
         q = self._amplitudes(q)
         secant = self.stiffness / 2 + (
             (q @ self._matrix(self.quadratic)) / 3
-            + (self._products(q) @ self._matrix(self.cubic)) / 4
+            + (self._products(q) @ self._matrix(self.cubic_of(outside))) / 4
         ).reshape(*q.shape, self.size)
         return np.asarray(np.einsum("...r,...rj,...j->...", q, secant, q))
 

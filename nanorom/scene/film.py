@@ -12,8 +12,33 @@ from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
 
-# models of the film, and whether they have bending stiffness; None: where it makes a difference
-MODELS = {"auto": None, "membrane": False, "plate": True, "shell": True, "beam": True}
+
+@attrs.frozen
+class Model:
+    """What a model of the film means for the rest of a scene.
+
+    bends: with bending stiffness; None: where it makes a difference.  Without it the film is held
+    by its tension alone, and nothing turns at a rotational spring; lowest_degree: of the deflection
+    on a mesh; springs: an edge may be elastic; planar: what is in its plane is known apart: tension
+    along xy, supports of the displacement there, a film that nothing holds; shallow: slopes of the
+    deflection are small; larger: a model of more modes can be had beside one, at no great cost.
+    """
+
+    bends: bool | None
+    lowest_degree: int = 1
+    springs: bool = True
+    planar: bool = True
+    shallow: bool = True
+    larger: bool = True
+
+
+MODELS = {
+    "auto": Model(bends=None),
+    "membrane": Model(bends=False),
+    "plate": Model(bends=True, lowest_degree=2),
+    "shell": Model(bends=True, springs=False, planar=False, shallow=False, larger=False),
+    "beam": Model(bends=True, planar=False),
+}
 
 
 def _shape_file(value: Any) -> Path | None:
@@ -62,6 +87,11 @@ class Plate:
     @property
     def bends(self) -> bool | None:
         """With bending stiffness or without; None: where it makes a difference."""
+        return self.rules.bends
+
+    @property
+    def rules(self) -> Model:
+        """What the model means for the rest of a scene."""
         return MODELS[self.model]
 
 

@@ -37,7 +37,7 @@ def span_of(scene: Scene) -> Span | None:
 def check(scene: Scene, span: Span) -> None:
     """Raise SceneError for a film that cannot be one, or a load that would burst it."""
     across = span[1] if isinstance(scene.geometry, String) else span[0]
-    thickness, model = scene.plate.thickness, scene.plate.model
+    thickness = scene.plate.thickness
     scale = ", geometry.scale" if scene.geometry.shape == "mesh" else ""
     if thickness > THICKEST * across:
         raise SceneError(
@@ -45,7 +45,7 @@ def check(scene: Scene, span: Span) -> None:
             f"{THICKEST:g} of that, and a tenth is thick; check the units of both{scale}"
         )
     load = scene.load
-    if model == "shell" or load is None:
+    if not scene.plate.rules.shallow or load is None:
         return
     stretch, half = scene.material.youngs_modulus * thickness, across / 2
     loads = {"pressure": (load.pressure, half**2), "force": (load.force, 1.0)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
+from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
 
 if TYPE_CHECKING:
@@ -13,37 +14,41 @@ if TYPE_CHECKING:
 
 def check_film(scene: Scene) -> None:
     """Raise SceneError where model, tension and supports of a scene do not go together."""
-    tension, support, model = scene.tension, scene.support, scene.plate.model
+    tension, support, degree = scene.tension, scene.support, scene.accuracy.degree
+    model, rules = scene.plate.model, scene.plate.rules
     kinds = [support.kind(side) for side in scene.geometry.sides] or support.kinds
     if all(deflection_of(kind) == "free" for kind in kinds):
         _check_free(scene, all(kind == "free" for kind in kinds))
-    if model == "membrane" and not tension.smallest > 0:
+    if rules.bends is False and not tension.smallest > 0:
         found = f"x = {tension.x:g}, y = {tension.y:g}"
         if tension.xy:
             found += f", xy = {tension.xy:g}"
         raise SceneError(
-            f"tension: found {found} N/m; allowed: greater than 0 in every direction for a membrane"
+            f"tension: found {found} N/m; allowed: greater than 0 in every direction for a {model}"
         )
-    if model == "plate" and scene.accuracy.degree == 1:
-        raise SceneError("accuracy.degree: found 1; allowed: 2 to 8 for a plate")
-    if model in ("shell", "beam") and tension.xy:
+    if degree is not None and degree < rules.lowest_degree:
+        raise SceneError(
+            f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
+            f"for a {model}"
+        )
+    if not rules.planar and tension.xy:
         raise SceneError(
             f"tension.xy: found {tension.xy:g} N/m beside plate.model = {model}; "
             "allowed: 0, or plate.model = plate"
         )
-    if model in ("shell", "beam") and any(isinstance(kind, Edge) for kind in kinds):
+    if not rules.planar and any(isinstance(kind, Edge) for kind in kinds):
         raise SceneError(
             f"support.in_plane: found beside plate.model = {model}; allowed: clamped | "
             "simply_supported | free, or plate.model = plate"
         )
-    if support.springs and model == "shell":
+    if support.springs and not rules.springs:
         raise SceneError(
-            "support: found springs beside plate.model = shell; "
+            f"support: found springs beside plate.model = {model}; "
             "allowed: clamped | simply_supported | free"
         )
-    if model == "membrane" and any(s.rotational for s in support.springs):
+    if rules.bends is False and any(s.rotational for s in support.springs):
         raise SceneError(
-            "support.rotational: found beside plate.model = membrane, which has no bending "
+            f"support.rotational: found beside plate.model = {model}, which has no bending "
             "stiffness to turn it; allowed: a transverse spring"
         )
 
@@ -54,7 +59,7 @@ def _check_free(scene: Scene, in_plane: bool) -> None:
     in_plane : nothing holds it in its plane either.
     """
     hold = "hold at least one side"
-    if in_plane and scene.plate.bends is False or scene.plate.model in ("shell", "beam"):
+    if in_plane and scene.plate.bends is False or not scene.plate.rules.planar:
         raise SceneError(
             f"support.edge: every side is free beside plate.model = {scene.plate.model}; {hold}, "
             "or let the model be plate"

@@ -158,10 +158,10 @@ class Scene(metaclass=_Loaded):
                 f"damping.quality_factor: found {len(self.damping.quality_factor)} values beside "
                 "modes.count = auto; allowed: one for all modes"
             )
-        if self.plate.model == "shell":
+        if not self.plate.rules.larger:
             raise SceneError(
-                "modes.count: found auto beside plate.model = shell; allowed: a count, or another "
-                "model"
+                f"modes.count: found auto beside plate.model = {self.plate.model}; allowed: a "
+                "count, or another model"
             )
 
     @property

@@ -18,6 +18,7 @@ from nanorom.fem.output.model import modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes.methods import viscous
 from nanorom.fem.routes.plate import Solution, solve
+from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.solvers.groups import alone
@@ -132,11 +133,7 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
 
 def check(scene: Scene) -> None:
     """Raise SceneError unless a scene has a film whose orbits can be solved for."""
-    if scene.plate.model in ("beam", "shell"):
-        raise SceneError(
-            f'plate.model: found "{scene.plate.model}"; full-order orbits are those of a membrane '
-            "or a plate"
-        )
+    check_of_plates(scene, "full-order orbits")
     if any(isinstance(kind, Edge) or kind == "free" for kind in scene.support.kinds):
         _check_edges(scene)
     if scene.damping is None:

@@ -29,6 +29,7 @@ NUMBERS = (
     "estimate_omega",
     "error",
     "largest_multiplier",
+    "left",
 )
 
 
@@ -116,6 +117,7 @@ class _Row:
             one.estimate_omega,
             one.error,
             one.multiplier,
+            one.left,
         )
         values = dict(zip(NUMBERS, numbers))
         arrays = {

@@ -30,7 +30,9 @@ class Comparison:
     """A row of the table: the modal orbit's estimate, and the film's orbit or None.
 
     modal_residual : of the film's equations by the drive; estimate, estimate_omega: relative, of
-    the largest amplitude and of the frequency; takes_part (K,) in m; deflection in m, of the model.
+    the largest amplitude and of the frequency; takes_part (K,) in m; deflection in m, of the model;
+    left : the residual, by the drive, at which the search for the film's orbit ended in vain, NaN
+    where it was found or not looked for.
     """
 
     point: Chosen
@@ -41,6 +43,7 @@ class Comparison:
     deflection: float
     multiplier: float
     full: FullOrbit | None
+    left: float
 
     @property
     def error(self) -> float:
@@ -57,7 +60,7 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
     fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
     across = problem.across()
     borders = [across] if point.type == FOLD else [fixed, across]
-    full, border = _solved(problem, borders) if solve else (None, borders[0])
+    full, border, left = _solved(problem, borders) if solve else (None, borders[0], np.nan)
     first = first_correction(problem.model, problem.start, problem.rate, border)
     corrected = problem.amplitudes(problem.start + first.change)
     amplitude = orbit_amplitudes(corrected[None])[0]
@@ -72,17 +75,22 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
         deflection=largest_deflection(problem, problem.start),
         multiplier=stability.largest(point.orbit),
         full=full,
+        left=left,
     )
 
 
-def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, Border]:
-    """The film's orbit at the same frequency, or else across the branch, or none; and the border
-    on which it is, for the estimate to be on the same.
+def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, Border, float]:
+    """The film's orbit at the same frequency, or else across the branch, or none.
+
+    With it the border on which it is, for the estimate to be on the same, and the smallest residual
+    at which the search ended where there is none, else NaN.
     """
+    left = np.inf
     for border in borders:
         try:
             found = correct(problem.model, problem.start, problem.rate, border)
-            return told(problem, found), border
-        except NoOrbitError:
-            continue
-    return None, borders[0]
+        except NoOrbitError as error:
+            left = min(left, error.residual)
+        else:
+            return told(problem, found), border, np.nan
+    return None, borders[0], left

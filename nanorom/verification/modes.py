@@ -71,7 +71,7 @@ def automatic(
 def with_larger(scene: Scene, model: ReducedModel, groups: int | None = None) -> ReducedModel:
     """A model with a larger one beside it, where its scene asks for a response. Collective."""
     asked = scene.drive is not None and scene.sweep is not None and scene.damping is not None
-    if not (asked or scene.accuracy.response) or scene.plate.model == "shell":
+    if not (asked or scene.accuracy.response) or not scene.plate.rules.larger:
         return model
     highest = scene.modes.highest
     count = highest + int(np.clip(model.size, LEAST_MORE, MOST_MORE))

@@ -71,7 +71,17 @@ def first_correction(model: Model, x: Array, rate: float, border: Border) -> Fir
 
 
 class NoOrbitError(SolverError):
-    """Newton's method found no full-order orbit near the modal one."""
+    """Newton's method found no full-order orbit near the modal one.
+
+    residual : at which it ended, by the drive.
+    """
+
+    def __init__(self, residual: float, evaluations: int) -> None:
+        super().__init__(
+            f"no orbit of the film was found near the modal one: the residual is {residual:.1e} of "
+            f"the drive after {evaluations} evaluations"
+        )
+        self.residual = residual
 
 
 def correct(
@@ -112,10 +122,7 @@ def correct(
             return Corrected(x, rate, size, evaluations, step + 1)
         if slow == MOST_SLOW:
             break
-    raise NoOrbitError(
-        f"no orbit of the film was found near the modal one: the residual is {size:.1e} of the "
-        f"drive after {evaluations} evaluations"
-    )
+    raise NoOrbitError(size, evaluations)
 
 
 class _Linear:

@@ -19,7 +19,7 @@ from nanorom.fem.tensors.step import coefficients
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Material, Plate, Tension
-from nanorom.scene.geometry import MeshFile, Rectangle, String
+from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
 from nanorom.scene.load import Load
 from nanorom.scene.scene import (
     Accuracy,
@@ -59,6 +59,52 @@ def test_bending_is_skipped_only_where_it_makes_no_difference():
     assert effect < plan.bending_effect < 1e-3
     largest = np.abs(full.cubic).max()
     assert np.abs(skipped.cubic - full.cubic).max() < plan.bending_effect * largest
+
+
+def test_what_is_skipped_is_counted_in_the_estimate():
+    scene = drum(1e10, count=2, model="auto", accuracy=Accuracy(tolerance=1e-3))
+    plan = Plan.of(scene)
+    found = reduce_scene(scene.with_(in_plane="fixed")).diagnostics
+    assert found["error_frequency"] > plan.left_out > 0
+    assert found["error_tensor"] > plan.left_out
+    exact = attrs.evolve(scene, plate=attrs.evolve(scene.plate, model="membrane"))
+    assert Plan.of(exact).left_out == 0  # the scene says so
+
+
+# Bessel functions: simply supported disc with the tension of 1 N/m less 0.999999
+RELAXED = [49.4830, 79.0834]
+
+
+def test_bending_counts_by_the_tension_that_acts_under_a_load():
+    """Almost all of the tension is taken away by the load's stress."""
+    scene = Scene(
+        geometry=Disc(radius=2e-3),
+        plate=Plate(thickness=5e-9),
+        material=Material(youngs_modulus=250e9, poisson_ratio=0.23, density=3000.0),
+        tension=Tension.isotropic(1.0),
+        support=Support("simply_supported"),
+        modes=Modes(count=2),
+    )
+    assert not Plan.of(scene).bending
+    loaded = attrs.evolve(scene, load=Load(stress=-199999800.0))
+    assert reduce_scene(loaded).frequency == pytest.approx(RELAXED, rel=2e-6)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"load": Load(pressure=1.0)},
+        {"load": Load(voltage=1.0, gap=1e-6)},
+        {"support": Support({"left": "clamped", "right": "clamped"})},
+    ],
+    ids=["pressure", "gate", "free sides"],
+)
+def test_bending_is_computed_where_only_the_state_tells_what_tension_acts(changes):
+    wide = rectangle(plate=Plate(thickness="1e-12 m"), support=Support("simply_supported"))
+    assert not Plan.of(wide).bending
+    plan = Plan.of(attrs.evolve(wide, **changes))
+    assert plan.bending
+    assert any("only the static state" in item.why for item in route_of(wide).items(plan))
 
 
 def test_thinness_alone_does_not_skip_bending():

@@ -4,16 +4,20 @@
 """
 
 import re
+from importlib import import_module
 from pathlib import Path
 
-from nanorom import LoadCurve, ReducedModel, Response, Verified
-from nanorom.files import layout
+from nanorom.files import layout, stored
 from nanorom.results import diagram_file
 from nanorom.results.estimates import Estimates
 
 TOP = Path(__file__).parents[2]
 DOCUMENTS = [TOP / "README.md", TOP / "docs" / "files.md"]
-CLASSES = {cls.__name__: cls for cls in (ReducedModel, Response, LoadCurve, Verified)}
+LOADED = [kind.load.split(":") for kind in stored.KINDS.values()]  # module, method of the class
+CLASSES = {
+    name: getattr(import_module(module), name)
+    for module, name in ((module, method.split(".")[0]) for module, method in LOADED)
+}
 TABLE = re.compile(r"(<!-- layout of (\w+), [^>]*-->\n).*?(<!-- end -->)", re.DOTALL)
 
 

@@ -74,7 +74,6 @@ def test_a_script_ends_and_its_file_keeps_the_levels(tmp_path, duffing, interrup
 
 def test_progress_is_logged_and_told_once(duffing, caplog):
     told = []
-    logging.disable(logging.NOTSET)  # the command line, run before in this process, turns it off
     with caplog.at_level(logging.INFO, "nanorom"):
         ask(duffing, progress=lambda *state: told.append(state))
     assert told == [("drive levels", done, 3) for done in range(4)]

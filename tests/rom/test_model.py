@@ -1,5 +1,6 @@
 """The reduced model: its forces derive from its energy, and arrays that do not fit are refused."""
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given
@@ -65,6 +66,19 @@ def test_force_is_the_sum_that_defines_the_tensors(make_model):
         for r in range(3)
     ]
     assert np.allclose(model.forces(q), expected, rtol=ROUND_OFF, atol=0)
+
+
+def test_forces_are_those_of_the_equations_that_are_followed(make_model):
+    model = make_model(3, 1)
+    curved = attrs.evolve(model, outside_cubic=-0.3 * model.cubic)
+    alone = attrs.evolve(model, cubic=curved.system(damped=False).cubic)
+    q = sample(2, 3)
+    for told in ("forces", "energy", "jacobian"):
+        found, expected = getattr(curved, told), getattr(alone, told)
+        assert np.allclose(found(q), expected(q), rtol=ROUND_OFF, atol=0)
+        still = found(q, outside=False)
+        assert np.array_equal(still, getattr(model, told)(q))
+        assert not np.allclose(still, found(q), rtol=1e-3, atol=0)
 
 
 def test_functions_are_vectorised_over_leading_axes(make_model):

@@ -9,10 +9,6 @@ import pytest
 
 TOP = Path(__file__).parents[2] / "nanorom"
 LONGEST_MODULE, LONGEST_FUNCTION = 400, 60  # lines
-# what is longer and waits to be taken apart; nothing may join it
-LONGER = {
-    ("continuation/comb.py", "comb"),
-}
 ROOMS = {"bench", "cli", "continuation", "exact", "export", "fem", "files", "measurement", "plots"}
 ROOMS |= {"report", "results", "rom", "scene", "verification"}
 LOOSE = {"__main__", "errors", "launch", "types", "version", "workflow"}
@@ -153,8 +149,7 @@ def test_modules_and_functions_are_of_one_concept(name):
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             lines = (node.end_lineno or node.lineno) - node.lineno + 1
-            where = path.relative_to(TOP).as_posix(), node.name
-            assert lines <= LONGEST_FUNCTION or where in LONGER, (node.name, lines)
+            assert lines <= LONGEST_FUNCTION, (node.name, lines)
 
 
 def test_nothing_is_passed_for_what_it_is_not():

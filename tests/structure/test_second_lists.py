@@ -11,6 +11,7 @@ import nanorom
 from nanorom.continuation.orbits import bifurcations
 from nanorom.measurement.unknowns import UNKNOWNS
 from nanorom.rom.model import ReducedModel
+from nanorom.scene.film import MODELS
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 
 PACKAGE = Path(nanorom.__file__).parent
@@ -19,9 +20,13 @@ TABLES = {  # names, and where they may be listed
     "parametric patterns": (set(PARAMETRIC), "scene/patterns"),
     "unknowns of a fit": (set(UNKNOWNS), "measurement/unknowns.py"),
     "arrays of the model": ({field.name for field in attrs.fields(ReducedModel)}, "rom/model.py"),
+    "models of a film": (set(MODELS), "scene/film.py"),
     "bifurcations": (set(bifurcations.KINDS), "continuation/orbits/bifurcations.py"),
 }
-OTHERS = {"continuation/tori/torus.py": "a table of its own, of the bifurcations of tori"}
+OTHERS = {
+    "continuation/tori/torus.py": "a table of its own, of the bifurcations of tori",
+    "fem/routes/registry.py": "the route of each model: `test_house` holds it against `MODELS`",
+}
 SCHEMA = ("rom/", "files/")  # what checks, cuts, writes and reads arrays; a report chooses columns
 SEVERAL = 3  # names side by side that make a list of them; two may be a pair with a meaning
 
@@ -52,3 +57,32 @@ def test_names_are_listed_once(table):
         for line, words in listed(file):
             several = min(SEVERAL, len(names))
             assert len(words & names) < several, f"{place}:{line}: {sorted(words & names)}"
+
+
+WORDS = set(MODELS) - {"auto"}  # which is one of other choices, too
+
+
+def models_compared(text: str) -> list[int]:
+    """Lines on which a word for a model of a film is compared with something."""
+    return [
+        node.lineno
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Compare)
+        and any(
+            isinstance(part, ast.Constant) and part.value in WORDS
+            for side in (node.left, *node.comparators)
+            for part in ast.walk(side)
+        )
+    ]
+
+
+def test_the_search_finds_a_question_by_the_model_s_word():
+    assert models_compared('if scene.plate.model in ("beam", "shell"):\n    pass') == [1]
+    assert models_compared("if scene.plate.rules.springs is None:\n    pass") == []
+
+
+def test_nobody_asks_by_the_model_s_word():
+    """What a model needs, allows and makes stands in its rows: `MODELS` and the registry."""
+    for file in sorted(PACKAGE.rglob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        assert not models_compared(text), file

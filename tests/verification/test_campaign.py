@@ -7,6 +7,8 @@ import nanorom
 from nanorom.continuation.diagrams.selection import of_level
 from nanorom.errors import SceneError
 from nanorom.results.verified import Verified
+from nanorom.verification import compare
+from nanorom.verification.newton import NoOrbitError
 from tests.verification.conftest import drum
 
 POINTS = 6
@@ -69,6 +71,23 @@ def test_estimates_are_to_be_had_without_the_film_s_orbits(pressed, verified):
     alone = nanorom.verify(scene, response, level=2, points=POINTS, solve=False)
     assert not alone.solved.any()
     assert alone.estimate == pytest.approx(verified.estimate, rel=1e-6)
+
+
+def test_search_in_vain_says_how_far_it_came(pressed, monkeypatch):
+    scene, response = pressed
+    ends = iter([0.5, 0.25, 0.125, 0.125])
+
+    def correct(*_):
+        raise NoOrbitError(next(ends), 7)
+
+    monkeypatch.setattr(compare, "correct", correct)
+    told = nanorom.verify(scene, response, level=2, points=2)
+    assert not told.solved.any()
+    assert max(told.left) <= 0.5
+    assert min(told.left) == 0.125
+    assert f"2 not found: the search ended at a residual of 1e-01 to {max(told.left):.0e}" in (
+        told.text()
+    )
 
 
 def test_table_is_the_same_from_its_file_and_can_be_drawn(verified, tmp_path):

@@ -10,7 +10,8 @@ import numpy as np
 from nanorom.continuation.curves.critical_curve import CriticalCurve
 from nanorom.continuation.curves.curve import Point
 from nanorom.continuation.diagrams.diagram import SpecialPoint
-from nanorom.continuation.orbits.bifurcations import KINDS, REAL, TORUS
+from nanorom.continuation.orbits.bifurcations import KINDS, TORUS
+from nanorom.continuation.orbits.conditions import REAL
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.orbit import PeriodicOrbit, orbit_amplitudes
 from nanorom.continuation.scaled import ScaledSystem

@@ -13,7 +13,7 @@ from nanorom.continuation.diagrams.selection import PLAIN, Chosen
 from nanorom.continuation.larger.correction import Correction, first_correction
 from nanorom.continuation.larger.equations import LargerSystem
 from nanorom.continuation.larger.growth import participation
-from nanorom.continuation.larger.location import Place, critical_multiplier, nearby, special
+from nanorom.continuation.larger.location import Place, nearby, special
 from nanorom.continuation.orbits.balance import NewtonFailure
 from nanorom.continuation.orbits.bifurcations import FOLD, KINDS
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
@@ -58,7 +58,7 @@ def estimate(larger: LargerSystem, point: Chosen) -> Estimate:
         return _found(larger, point, first, Place(first.x, first.rate, first.slope))
     try:
         place = nearby(seen, first.slope)
-    except NewtonFailure:
+    except NewtonFailure:  # the estimate says so: NaN
         return _lost(larger, point, first)
     if point.type == PLAIN:
         return _found(larger, point, first, place)
@@ -70,7 +70,7 @@ def estimate(larger: LargerSystem, point: Chosen) -> Estimate:
         there, result = place, _lost(larger, point, first)
     if kind is FOLD:
         return result
-    critical = critical_multiplier(kind, point.multipliers)
+    critical = kind.condition.nearest(point.multipliers)
     part = participation(larger, seen, there.x, there.rate, critical)
     part[larger.inside] = 0.0
     share = part / max(float(part.sum()), SMALLEST)

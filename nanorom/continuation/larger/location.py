@@ -12,7 +12,7 @@ import numpy as np
 
 from nanorom.continuation.larger.equations import LargerSystem, Seen
 from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
-from nanorom.continuation.orbits.bifurcations import FOLD, TARGETS, Kind
+from nanorom.continuation.orbits.bifurcations import FOLD, Kind
 from nanorom.types import Array, Numbers
 
 CORRECTED = 1e-7  # of an orbit: the last change of Newton's method
@@ -62,7 +62,7 @@ class Critical:
 
     def __init__(self, larger: LargerSystem, seen: Seen, kind: Kind, multipliers: Numbers) -> None:
         self.larger, self.seen, self.kind = larger, seen, kind
-        self._near = critical_multiplier(kind, multipliers)
+        self._near = kind.condition.nearest(multipliers)
 
     def __call__(self, place: Place) -> float:
         if self.kind is FOLD:
@@ -70,14 +70,6 @@ class Critical:
         found = self.larger.multipliers(self.seen, place.x, place.rate)
         self._near = complex(found[np.argmin(np.abs(found - self._near))])
         return float(np.log(np.abs(self._near)))
-
-
-def critical_multiplier(kind: Kind, multipliers: Numbers) -> complex:
-    """The one of the multipliers (2L,) of a special point that is critical."""
-    if kind.condition == "circle":
-        pairs = multipliers[multipliers.imag > 0]
-        return complex(pairs[np.argmin(np.abs(np.abs(pairs) - 1))])
-    return complex(multipliers[np.argmin(np.abs(multipliers - TARGETS[kind.condition]))])
 
 
 def special(

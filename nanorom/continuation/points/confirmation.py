@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.continuation.branches.path import Path
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
-from nanorom.continuation.orbits.bifurcations import CONFIRMED, FOLD, Kind, critical_value
+from nanorom.continuation.orbits.bifurcations import BRANCHING, CONFIRMED, FOLD, Kind
 from nanorom.continuation.orbits.floquet import FloquetSolver
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
 from nanorom.continuation.orbits.shooting import Shooting
@@ -64,7 +64,7 @@ def without_shadows(found: list[Polished], path: Path) -> list[Polished]:
     near = SHADOW * path.tracer.accuracy.loss
 
     def shadow(point: Polished) -> bool:
-        if point.kind.condition != "unit" or point.kind.distance(point.multipliers, 2) > PAIRED:
+        if point.kind is not BRANCHING or point.kind.distance(point.multipliers, 2) > PAIRED:
             return False
         omega = point.orbit.omega
         return any(abs(omega - fold) < max(near, ROUND_OFF) * omega for fold in folds)
@@ -141,7 +141,7 @@ def _zero(
         return min(roots, key=abs)
 
     tracer = path.tracer
-    test = critical_value(detected.kind, path.symmetric, detected.multiplicity)
+    test = detected.kind.condition.critical(path.symmetric, detected.multiplicity)
 
     def critical(points: list[float]) -> list[float]:
         if max(abs(a) for a in points) > series.length:

@@ -1,6 +1,6 @@
 """Special points of a path: detection without stepping over pairs, and location.
 
-The conditions and their test functions are those of `orbits.bifurcations`; folds are roots of a
+Kinds and their test functions are those of `orbits.bifurcations`; folds are roots of a
 polynomial in every step.
 """
 
@@ -12,17 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from nanorom.continuation.branches.path import Path, Place
-from nanorom.continuation.orbits.bifurcations import (
-    CROSSED,
-    FOLD,
-    REAL,
-    Condition,
-    Kind,
-    conditions,
-    crossed_kind,
-    outside,
-    test_function,
-)
+from nanorom.continuation.orbits.bifurcations import FOLD, Kind, crossed, outside
 from nanorom.continuation.orbits.coordinates import pairs
 from nanorom.continuation.points.crossings import crossings
 from nanorom.continuation.points.samples import Samples
@@ -51,13 +41,13 @@ WITHIN = 0.9  # of the way to the neighbours
 class Detected:
     """A special point of a path, before it is polished and confirmed.
 
-    bracket: condition and points around a place that is estimated only; multiplicity: how many
+    bracket: kind and points around a place that is estimated only; multiplicity: how many
     multipliers (or pairs) are critical at once.
     """
 
     kind: Kind
     place: Place
-    bracket: tuple[Condition, Place, Place] | None = None
+    bracket: tuple[Kind, Place, Place] | None = None
     multiplicity: int = 1
 
 
@@ -74,7 +64,7 @@ class Detector:
         self.samples = Samples(path)
         self.couples = self.samples.couples
         self.paired = bool(pairs(path.tracer.system, NEARLY_EQUAL))
-        self.conditions = conditions(path.tracer.system.size)
+        self.kinds = crossed(path.tracer.system.size)
 
     @property
     def places(self) -> list[Place]:
@@ -100,8 +90,8 @@ class Detector:
         if self.path.tracer.accuracy.tongues:
             samples.insert(self._in_tongues(), apart=ROUND_OFF)
         found = self._folds()
-        for condition in self.conditions:
-            found += self._roots(condition)
+        for kind in self.kinds:
+            found += self._roots(kind)
         found += self._uncounted(found)
         return sorted(found, key=lambda point: self.path.position(point.place))
 
@@ -125,16 +115,16 @@ class Detector:
         """Points inside tongues that are too narrow for any sampling."""
         samples, eigenvalues, slopes = self.samples.between()
         wanted: list[float] = []
-        for condition in self.conditions:
+        for kind in self.kinds:
 
-            def value(position: float, condition: Condition = condition) -> tuple[float, float]:
+            def value(position: float, kind: Kind = kind) -> tuple[float, float]:
                 place = self.path.place(position)
                 values = self.path.maps([place])[1]
                 slope = np.array([self.path.rate_slope(place)])
-                signs, logs = test_function(condition, values, slope, self.couples)
+                signs, logs = kind.condition.test(values, slope, self.couples)
                 return float(signs[0]), float(logs[0])
 
-            signs, logs = test_function(condition, eigenvalues, slopes, self.couples)
+            signs, logs = kind.condition.test(eigenvalues, slopes, self.couples)
             for i in dips(signs, logs):
                 place = bottom(value, samples[i - 1 : i + 2])
                 if place is not None:
@@ -147,8 +137,8 @@ class Detector:
         exact = np.isin(samples, self.samples.positions)
         number = np.cumsum(exact)  # of the interval that begins at a sample
         wanted: list[float] = []
-        for condition in self.conditions:
-            signs, logs = test_function(condition, eigenvalues, slopes, self.couples)
+        for kind in self.kinds:
+            signs, logs = kind.condition.test(eigenvalues, slopes, self.couples)
             changes = np.flatnonzero(signs[1:] != signs[:-1])
             # one between two points is a root to be located, more of them want points between
             interval, count = np.unique(number[changes], return_counts=True)
@@ -171,22 +161,22 @@ class Detector:
             found += [Detected(FOLD, Place(number, a)) for a in step.folds(step.start, step.length)]
         return found
 
-    def _roots(self, condition: Condition) -> list[Detected]:
+    def _roots(self, kind: Kind) -> list[Detected]:
         slopes = self.path.rate_slopes(self.samples.positions)
-        signs, _ = test_function(condition, self.eigenvalues, slopes, self.couples)
+        signs, _ = kind.condition.test(self.eigenvalues, slopes, self.couples)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
-            if condition == "circle" and _neutral(*self.eigenvalues[i : i + 2]):
+            if kind.condition.is_spurious(*self.eigenvalues[i : i + 2]):
                 continue
             ends = self.places[i], self.places[i + 1]
             point = None
             # in a narrow tongue an estimate may lead to its other end
             if not self.path.tracer.accuracy.tongues:
-                point = self._classify(condition, self._estimate(condition, i), GOOD_ESTIMATE)
+                point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
             if point is not None:
-                point = replace(point, bracket=(condition, *ends))
+                point = replace(point, bracket=(kind, *ends))
             else:
-                point = self._located(condition, *ends)
+                point = self._located(kind, *ends)
             if point is not None:
                 found.append(point)
         return found
@@ -195,11 +185,11 @@ class Detector:
         """The same point from exact multipliers, if it was an estimate."""
         return None if detected.bracket is None else self._located(*detected.bracket)
 
-    def _located(self, condition: Condition, low: Place, high: Place) -> Detected | None:
-        place = self._locate(condition, low, high)
-        return self._classify(condition, place, ROOT_TOLERANCE) if place else None
+    def _located(self, kind: Kind, low: Place, high: Place) -> Detected | None:
+        place = self._locate(kind, low, high)
+        return self._classify(kind, place, ROOT_TOLERANCE) if place else None
 
-    def _estimate(self, condition: Condition, number: int) -> Place:
+    def _estimate(self, kind: Kind, number: int) -> Place:
         """Where the interpolated test function is zero after a point: exact at the points, it has
         their signs.
         """
@@ -207,7 +197,7 @@ class Detector:
         def value(position: float) -> float:
             eigenvalues = self.samples.eigenvalues_after(number, position)
             slope = self.path.rate_slope(self.path.place(position))
-            signs, logs = test_function(condition, eigenvalues, np.array([slope]), self.couples)
+            signs, logs = kind.condition.test(eigenvalues, np.array([slope]), self.couples)
             return float(signs[0] * np.exp(np.clip(logs[0], -LOGS, LOGS)))
 
         low, high = self.samples.positions[number : number + 2]
@@ -216,7 +206,7 @@ class Detector:
         except ValueError:  # round-off: a point is itself the zero
             return self.path.place(low)
 
-    def _locate(self, condition: Condition, low: Place, high: Place) -> Place | None:
+    def _locate(self, kind: Kind, low: Place, high: Place) -> Place | None:
         step = low.step
         last = high.a if high.step == step else self.path.steps[step].length
         reference: float | None = None
@@ -226,7 +216,7 @@ class Detector:
             place = Place(step, a)
             eigenvalues = self.path.maps([place])[1]
             slope = np.array([self.path.rate_slope(place)])
-            signs, logs = test_function(condition, eigenvalues, slope, self.couples)
+            signs, logs = kind.condition.test(eigenvalues, slope, self.couples)
             if reference is None:
                 reference = float(logs[0])
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -LOGS, LOGS)))
@@ -234,27 +224,16 @@ class Detector:
         closest = min(LOCATED * (last - low.a), IN_TONGUE * self.path.tracer.accuracy.loss)
         try:
             return Place(step, float(brentq(value, low.a, last, xtol=closest, rtol=ROUND_OFF)))
-        except ValueError:
+        except ValueError:  # round-off: an end is the zero, and `_uncounted` counts what crosses
             return None
 
-    def _classify(self, condition: Condition, place: Place, tolerance: float) -> Detected | None:
+    def _classify(self, kind: Kind, place: Place, tolerance: float) -> Detected | None:
         """The kind of a root, or nothing where the test function vanishes for another reason (a
         real pair with product one is a neutral saddle, not a torus).
         """
         eigenvalues = self.path.maps([place])[1][0]
-        close = CROSSED[condition].distance(eigenvalues) < tolerance
-        return Detected(crossed_kind(condition, self.path.symmetric), place) if close else None
-
-
-def _neutral(before: Array, after: Array) -> bool:
-    """Whether real pairs with product one alone make the torus function change sign."""
-
-    def split(values: Array) -> tuple[int, int, int]:
-        # a real pair may turn complex, cross the circle and be real again
-        complex_ones, outside = np.abs(values.imag) > REAL, np.abs(values) > 1
-        return complex_ones.sum(), (complex_ones & outside).sum(), outside.sum()
-
-    return split(before) == split(after)
+        close = kind.distance(eigenvalues) < tolerance
+        return Detected(kind.at(self.path.symmetric), place) if close else None
 
 
 def _vertex(positions: Array, logs: Array) -> float | None:

@@ -150,7 +150,7 @@ class Bifurcation:
         )
         try:
             orbit, balance = self.tracer.solve(guess, self._border)
-        except ContinuationError:
+        except ContinuationError:  # at another distance there may be one; else `starts` raises
             return None
         harmonics = (len(orbit.coefficients) - 1) // 2
         change = orbit.coefficients - resize(parent.coefficients, harmonics)

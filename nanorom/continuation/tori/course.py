@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 from nanorom.continuation.tori.events import Event, events
 from nanorom.continuation.tori.family import Family, Member
@@ -23,6 +24,7 @@ class Course:
     members: list[Member] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     tongues: list[Tongue] = field(default_factory=list)
+    missed: list[Fraction] = field(default_factory=list)
     ending: str = "open"
 
     def run(
@@ -54,8 +56,8 @@ class Course:
                 try:
                     self.tongues.append(tongue(family, before, member, ratio))
                 except ContinuationError:
-                    # cycles far from the curve do not converge: no tongue, the tori went through
-                    continue
+                    # cycles far from the curve do not converge: the tori went through
+                    self.missed.append(ratio)
         self.members.append(member)
         if told is not None:
             told(member)
@@ -69,6 +71,7 @@ class Course:
         try:
             met = around(family.equations.map, last.curve, ratio)
         except ContinuationError:
+            self.missed.append(ratio)
             return None
         gap = max(
             met.low.parameter - last.curve.parameter, last.curve.parameter - met.high.parameter
@@ -94,7 +97,7 @@ def _mirrored(
     try:
         return family.adapted(Curve(last.curve.values, rotation, end), border)
     except ContinuationError:
-        return None
+        return None  # farther off there may be one; else the family ends in breakdown
 
 
 def joined(backward: Course, forward: Course) -> Course:
@@ -104,5 +107,6 @@ def joined(backward: Course, forward: Course) -> Course:
         backward.members[:0:-1] + forward.members,
         backward.events[::-1] + forward.events,
         backward.tongues[::-1] + forward.tongues,
+        backward.missed[::-1] + forward.missed,
         ", ".join(endings),
     )

@@ -25,7 +25,7 @@ from nanorom.continuation.tori.torus import Torus
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
-Progress = Callable[[int, float], None]  # tori found, parameter of the last
+Counted = Callable[[int, float], None]  # tori found, parameter of the last
 ALLOWED = {
     "harmonics": (HARMONICS[0], HARMONICS[-1]),
     "steps": (1, 100_000),
@@ -49,7 +49,7 @@ def follow_torus(
     tolerance: float = 1e-10,
     harmonics: int = 100,
     steps: int = 200,
-    progress: Progress | None = None,
+    progress: Counted | None = None,
 ) -> Torus:
     """A family of tori: what branches from the response at a Neimark-Sacker point, or what a motion
     in time has settled on.
@@ -159,7 +159,7 @@ def _start(parameter: Varied, point: SpecialPoint | Array, at: float | None) -> 
     return value
 
 
-def _counted(progress: Progress | None, unit: float) -> Callable[[Member], None]:
+def _counted(progress: Counted | None, unit: float) -> Callable[[Member], None]:
     """What tells progress of every member."""
     numbers = count(1)
 

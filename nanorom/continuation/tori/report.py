@@ -36,6 +36,7 @@ class Report:
             [self.state(family, member) for member in members],
             [TorusPoint(event.type, self.state(family, event.member)) for event in course.events],
             [self.tongue(tongue) for tongue in course.tongues],
+            [ratio * self.map.parts for ratio in course.missed],
             self.map.period_multiple,
             self.varied.name,
             course.ending,

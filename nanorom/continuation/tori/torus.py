@@ -106,14 +106,16 @@ class Torus:
     """A family of tori in the order in which it was followed.
 
     omega, second, rotation, parameter (n,), amplitude (n, L), stable (n,), exponents (n, 2L - 1),
-    residual (n,): see `TorusState`; tongues: where it locks, passed or at its end; varied: name of
-    the parameter; ending: why it stops ("range", "bifurcation": it shrinks to a periodic orbit,
+    residual (n,): see `TorusState`; tongues: where it locks, passed or at its end; missed: ratios,
+    as of a tongue, at which it may lock but no locked orbits were found; varied: name of the
+    parameter; ending: why it stops ("range", "bifurcation": it shrinks to a periodic orbit,
     "breakdown": the curve is no longer smooth, "steps"), at both ends if it has two.
     """
 
     states: list[TorusState] = attrs.field(repr=False)
     special_points: list[TorusPoint]
     tongues: list[ResonanceTongue]
+    missed: list[Fraction]
     period_multiple: int
     varied: str
     ending: str

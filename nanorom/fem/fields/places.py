@@ -93,7 +93,7 @@ def centre_value(plate: Surface, w: np.ndarray) -> float | None:
     middle = (low + high) / 2
     try:
         return float(evaluate(plate, w, middle[None])[0])
-    except SolverError:
+    except SolverError:  # no cell holds it: a hole
         return None
 
 

@@ -19,7 +19,7 @@ from nanorom.types import Array
 
 CONVERGED = 1e-11  # change of frequencies when the basis grows by half
 ROUNDING = 5e-13  # of frequencies and coefficients: measured
-MOST_FUNCTIONS = 400
+MOST_FUNCTIONS = 1000  # a layer of 1e-4 of the length takes 700, in a second
 
 
 @attrs.frozen

@@ -99,7 +99,8 @@ def stiffness_of(
         for side, kind in held.items()
         if isinstance(kind, Spring)
     }
-    return Stiffness(scales.bending, 1.0, scene.material.poisson_ratio, springs, yielding)
+    nu = scene.material.poisson_ratio
+    return Stiffness(scales.bending, 1.0, nu, springs, yielding, scales.strain)
 
 
 def extremes(domain: mesh.Domain) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,8 @@ class Stiffness:
     """What a plate resists with, in the film's units.
 
     bending : D; stretching : E h; springs : of the elastic edges, by boundary curve; in_plane : of
-    those that are elastic in the plane, normal and tangential per length and E h.
+    those that are elastic in the plane, normal and tangential per length and E h; strain : the unit
+    of the tension by that of the stretching, as a tension stiffens motions in the plane.
     """
 
     bending: float = 0.0
@@ -30,6 +31,7 @@ class Stiffness:
     poisson_ratio: float = 0.0
     springs: Mapping[str, Spring] = attrs.field(factory=dict)
     in_plane: Mapping[str, tuple[float, float]] = attrs.field(factory=dict)
+    strain: float = 0.0
 
 
 @attrs.frozen(eq=False)

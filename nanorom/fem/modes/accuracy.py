@@ -20,7 +20,7 @@ from mpi4py import MPI
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.models.plate import Plate
-from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.modes.eigen import NEAR, Modes
 from nanorom.fem.solvers import algebra, compat
 
 ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
@@ -49,6 +49,11 @@ class ModeErrors:
     average: np.ndarray
     scale: np.ndarray
 
+    def take(self, index: np.ndarray) -> ModeErrors:
+        """Those of some of the modes."""
+        parts = (self.frequency, self.rounding, self.average, self.scale)
+        return ModeErrors(*(part[index] for part in parts))
+
 
 def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     """Estimate the errors of frequencies and shapes. Collective.
@@ -73,9 +78,25 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     scale = POINTWISE * _at_peaks(plate, modes.shapes)
     rounding = rounding * whole / total_energy
     frequency = 0.5 * FREQUENCY * beyond / total_energy + rounding
+    average += _mixing(modes, frequency)
     if modes.shift is not None:
         frequency += modes.shift
     return ModeErrors(frequency, rounding, average, scale)
+
+
+def _mixing(modes: Modes, frequency: np.ndarray) -> np.ndarray:
+    """By how much (n,) errors (n,) of frequencies turn near modes of one parity into each other.
+
+    To first order by the error's product in energy, at most the mean of both, over the difference;
+    equal ones are oriented by rules.
+    """
+    values = modes.eigenvalues
+    apart = np.abs(values[:, None] / values - 1)
+    same = np.array([[a == b for b in modes.parities] for a in modes.parities])
+    near = same & (apart > 0) & (apart < NEAR)
+    error = 2 * np.sqrt(np.outer(frequency, frequency))
+    angle = np.divide(error, apart, out=np.zeros_like(error), where=near)
+    return np.asarray(np.minimum(angle, 1.0).max(axis=1, initial=0.0))
 
 
 def stiffening_of(plate: Plate, tension: float | None) -> float:
@@ -97,6 +118,30 @@ def of_state(plate: Plate, deflection: np.ndarray, stiffening: float, in_plane: 
     tails = _deflection_tails(plate, deflection[:, None], stiffening)
     beyond, _, total = plate.domain.comm.allreduce(tails)[:, 0]
     return float(FREQUENCY * beyond / total + STRETCHED * in_plane) if total > 0 else 0.0
+
+
+def of_softening(
+    modes: Modes, deflection: np.ndarray, stiffening: float, in_plane: float, quadratic: np.ndarray
+) -> np.ndarray:
+    """Estimated error (n,), relative, of frequencies by that of a static deflection in the modes.
+
+    deflection: (local dofs,); quadratic: (n, n, n) force of the modes, in the plate's units and
+    those of the deflection.  An error e of the deflection moves mode j by its product in energy
+    with what the discrete mode leaves out (Galerkin's orthogonality), over the mode's stiffness;
+    where that is small, as before a film is pulled in, so does the stiffness of all modes change.
+    Collective.
+    """
+    plate, comm = modes.plate, modes.plate.domain.comm
+    columns = np.column_stack([deflection, modes.shapes])
+    beyond, _, whole = comm.allreduce(_deflection_tails(plate, columns, stiffening))
+    owned = modes.shapes[: modes.n_owned]
+    square = comm.allreduce(np.sum(owned * algebra.multiply(modes.mass, owned), axis=0))
+    stiffness = modes.eigenvalues * square
+    product = FREQUENCY * np.sqrt(beyond[0] * beyond[1:])
+    product += STRETCHED * in_plane * np.sqrt(whole[0] * whole[1:])
+    moved = product / stiffness
+    change = np.abs(np.einsum("iij->ij", quadratic)) @ moved / plate.mirrors.copies
+    return np.asarray(change / stiffness)
 
 
 def of_relaxation(modes: Modes, displacement: np.ndarray, pairs: np.ndarray) -> np.ndarray:

@@ -18,12 +18,11 @@ from mpi4py import MPI
 from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import bounding_box, extent, lattice
 from nanorom.fem.fields.surface import Surface
-from nanorom.fem.modes import accuracy, peaks
+from nanorom.fem.modes import accuracy, edges, peaks
 from nanorom.fem.modes.accuracy import ModeErrors
 from nanorom.fem.modes.deflections import AnyModes
 from nanorom.fem.modes.eigen import Modes, clusters
 from nanorom.fem.solvers import compat
-from nanorom.fem.symmetry import line
 
 EQUAL = 1e-11  # eigenvalues closer than this (relative) differ in rounding alone
 SPLIT = 1e-3  # of the anisotropy (between -1 and 1), below which it does not decide
@@ -99,22 +98,25 @@ def normalise(modes: AnyModes) -> AnyModes:
     return attrs.evolve(modes, shapes=modes.shapes / extrema.largest())
 
 
-def normalise_film(modes: Modes, stiffening: float = 0.0) -> tuple[Modes, ModeErrors]:
-    """The same for a plate, its peaks measured as well as its averages where that can be done.
+def normalise_film(
+    modes: Modes, index: np.ndarray, stiffening: float = 0.0
+) -> tuple[Modes, ModeErrors]:
+    """The same of some of a plate's modes, peaks as accurate as averages where that can be done.
 
     Also estimates the errors of the modes, that of their scale among them; ``stiffening`` is as
     for `accuracy.of_modes`.  Collective.
     """
     plate = modes.plate
+    errors = accuracy.of_modes(modes, stiffening).take(index)
+    modes = modes.take(index)
     extrema = _Extrema.of(plate, modes.shapes)
     values = extrema.largest()
-    errors = accuracy.of_modes(modes, stiffening)
     scale = errors.scale
     if peaks.is_homogeneous(plate):
         mode, places = extrema.peaks(np.minimum(scale + SAME, TIE))
         low, high = bounding_box(plate)
-        inside, area = _inside(plate, places), float(np.prod(high - low))
-        found, deviations = peaks.fitted(modes, mode, places, inside, area)
+        area = float(np.prod(high - low))
+        found, deviations = peaks.fitted(modes, mode, places, edges.room(plate, places), area)
         for i, value in enumerate(values):
             own = np.flatnonzero(mode == i)
             highest = own[np.argmax(np.nan_to_num(np.abs(found[own])))]
@@ -178,17 +180,6 @@ class _Extrema:
         """Extrema of a mode that are its largest but for a relative difference; its |phi|."""
         size = np.where(self.mode == i, np.abs(self.value), 0.0)
         return np.flatnonzero(size > (1 - tie) * size.max()), float(size.max())
-
-
-def _inside(plate: Surface, places: np.ndarray) -> np.ndarray:
-    """Distance (n,) of points (n, 2) from the nearest node of the film's edge. Collective."""
-    surface = plate.domain.mesh
-    mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
-    edge = np.setdiff1d(compat.exterior_facets(surface), mirrors)
-    nodes = surface.geometry.x[np.unique(compat.facet_vertices(surface, edge)), :2]
-    nodes, _ = plate.mirrors.unfold(nodes, np.empty((0, len(nodes))), [])
-    nodes = np.concatenate(plate.domain.comm.allgather(nodes))
-    return np.linalg.norm(places[:, None] - nodes, axis=2).min(axis=1)
 
 
 def _extrema(plate: Surface, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -26,6 +26,7 @@ from scipy.linalg import lstsq
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes.edges import Room
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import AXES
@@ -52,14 +53,14 @@ def is_homogeneous(plate: Plate) -> bool:
 
 
 def fitted(
-    modes: Modes, owners: np.ndarray, centres: np.ndarray, inside: np.ndarray, area: float
+    modes: Modes, owners: np.ndarray, centres: np.ndarray, room: Room, area: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values (n,) of shapes at points (n, 2), and their estimated errors. Collective.
 
-    owners: (n,) the mode whose value is taken at a point; inside: (n,) distances of the points
-    from the film's edge; area: of the rectangle about the film.
+    owners: (n,) the mode whose value is taken at a point; room: about the points; area: of the
+    rectangle about the film.  Not a number where there is no room.
     """
-    waves = [_Waves.of(modes, *place) for place in zip(owners, centres, inside)]
+    waves = [_Waves.of(modes, *place) for place in zip(owners, centres, room.inside, room.widest)]
     radii = np.array([wave.radius for wave in waves])
     rule = _rule(modes.plate)
     cells = _sampled(modes.plate, len(rule[1]), float(np.pi * radii.min() ** 2 / area))
@@ -95,8 +96,8 @@ class _Waves:
     even: np.ndarray
 
     @classmethod
-    def of(cls, modes: Modes, i: int, centre: np.ndarray, inside: float) -> _Waves:
-        """Of mode i at a point (2,) in a distance from the film's edge."""
+    def of(cls, modes: Modes, i: int, centre: np.ndarray, inside: float, widest: float) -> _Waves:
+        """Of mode i at a point (2,) in a distance from the film's edge, no wider than told."""
         plate, eigenvalue = modes.plate, modes.eigenvalues[i]
         angle = np.pi / 2 * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
         direction = np.array([np.cos(angle), np.sin(angle)])
@@ -116,7 +117,7 @@ class _Waves:
             clear = inside - CLEAR / decays.min()
             within = min(STEEPEST / decays.max(), max(inside, MILD / decays.max()))
             radius = min(radius, max(clear, within))
-        radius = float(max(radius, np.finfo(float).tiny))
+        radius = float(max(min(radius, widest), np.finfo(float).tiny))
         straight = waves * radius < LONGEST * REACH  # no waves much shorter than the others
         mild = decays * radius < (1 + ROUNDING) * STEEPEST
         parities = [plate.mirrors.parity_in(axis, modes.parities[i]) for axis in AXES]

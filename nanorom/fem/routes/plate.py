@@ -104,20 +104,25 @@ def solve(
     units = state.Units.of(scene, scales.length, scales.tension)
     static, width = static_state(team, plan, aim, units, watch)
     plate = static.plate
-    unseen = layer.unseen(plate, width, scales.length, scene.accuracy.tolerance)
+    missed = plan.left_out
+    missed += layer.unseen(plate, width, scales.length, scene.accuracy.tolerance)
     with watch.stage("modes"):
         try:
             modes = coupled.solve(plate, scene.modes.highest)
         except eigen.UnstableError as error:
             raise SolverError(buckling.told(plate, scene.tension, not scene.flat)) from error
-        modes, names = labels.name(scene, modes)
-        selected = np.array(scene.modes.numbers) - 1
         stiffening = accuracy.stiffening_of(plate, static.tension)
-        modes, errors = normalise_film(modes.take(selected), stiffening)
+        unsure = 2 * accuracy.of_modes(modes, stiffening).frequency
+        modes, names = labels.name(scene, modes, 2 * float(unsure.max()))
+        selected = np.array(scene.modes.numbers) - 1
+        modes, errors = normalise_film(modes, selected, stiffening)
     with watch.stage("tensors"):
         force = force_of(scene, scales, units, modes, watch, journal)
     with watch.stage("errors"):
-        told = force.diagnostics | error_estimates(static, modes, errors, force, stiffening, unseen)
+        quadratic = units.deflection / scales.tension * force.quadratic
+        told = force.diagnostics | error_estimates(
+            static, modes, errors, force, quadratic, stiffening, missed
+        )
         if np.isfinite(force.in_plane.eigenvalue):
             eigenvalue = force.in_plane.eigenvalue
             told["in_plane_frequency"] = scales.in_plane_frequency(eigenvalue)
@@ -131,13 +136,15 @@ def error_estimates(
     modes: Modes,
     errors: accuracy.ModeErrors,
     force: Force,
+    quadratic: np.ndarray,
     stiffening: float,
-    unseen: float,
+    missed: float,
 ) -> dict[str, Any]:
     """Estimated relative errors of frequencies and of the cubic tensor, by name. Collective.
 
-    errors: of the modes; stiffening: of the state, see `accuracy.stiffening_of`; unseen: effect of
-    an edge layer that the mesh does not see.
+    errors: of the modes; quadratic: their force in the plate's units; stiffening: of the state, see
+    `accuracy.stiffening_of`; missed: effect of what the model leaves out, and of an edge layer that
+    the mesh does not see.
     """
     found: dict[str, Any] = {}
     frequency, of_state = errors.frequency, 0.0
@@ -146,15 +153,18 @@ def error_estimates(
             static.plate, static.deflection, stiffening, force.in_plane.error
         )
         found["error_state"] = of_state
+        frequency = frequency + accuracy.of_softening(
+            modes, static.deflection, stiffening, force.in_plane.error, quadratic
+        )
     if static.relaxed is not None:
         energies = force.in_plane.energies
         frequency = frequency + accuracy.of_relaxation(modes, static.relaxed, energies)
     of_shapes = accuracy.of_tensor(force.cubic, errors, force.in_plane.error)
     of_stiffness = float((frequency - errors.frequency).max())  # it changes shapes too
     return found | {
-        "error_frequency": float(frequency.max()) + of_state + unseen,
+        "error_frequency": float(frequency.max()) + of_state + missed,
         "error_frequencies": frequency,
-        "error_tensor": of_shapes + of_stiffness + of_state + unseen,
+        "error_tensor": of_shapes + of_stiffness + of_state + missed,
         "error_rounding": float(errors.rounding.max()),
     }
 
@@ -221,7 +231,7 @@ def on_triangulation(
 class PlateRoute(Route):
     """Plates and membranes, flat or about a static state, cut at their mirrors."""
 
-    load_curves = True
+    of_plates = True
 
     def check(self, scene: Scene) -> None:
         """Raise SceneError for springs beyond what can be computed, too."""

@@ -5,6 +5,7 @@ A further model is a further row here, beside what the word means in `nanorom.sc
 
 from __future__ import annotations
 
+from nanorom.errors import SceneError
 from nanorom.fem.routes.beam import BeamRoute
 from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.route import Route
@@ -18,6 +19,13 @@ ROUTES: dict[str, Route] = {
     "shell": ShellRoute(),
     "beam": BeamRoute(),
 }
+
+
+def check_of_plates(scene: Scene, what: str) -> None:
+    """Raise SceneError, which says what is asked, unless a scene's film is a plate or membrane."""
+    if not route_of(scene).of_plates:
+        allowed = " | ".join(name for name, route in ROUTES.items() if route.of_plates)
+        raise SceneError(f"plate.model: found {scene.plate.model}; allowed for {what}: {allowed}")
 
 
 def route_of(scene: Scene) -> Route:

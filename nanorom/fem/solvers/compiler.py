@@ -28,7 +28,7 @@ def _instructions() -> list[str]:
     """
     try:
         told = set(CPU_INFO.read_text(encoding="ascii", errors="replace").split())
-    except OSError:
+    except OSError:  # not Linux: forms are compiled for any processor
         return []
     return list(VECTORS.values()) if VECTORS.keys() <= told else []
 

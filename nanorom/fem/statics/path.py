@@ -237,7 +237,7 @@ class Path:
             try:
                 problem.factorise()
             except SolverError:
-                return None
+                return None  # a shorter step may avoid the singular stiffness
             by_load = problem.back_substitute(problem.load())
             by_residual = problem.back_substitute(problem.residual())
             gap = length - self.product((x_new - x, p_new - p), tangent)

@@ -21,7 +21,7 @@ from nanorom.fem.statics.problem import StaticProblem
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Scene
 
-NEAR_LIMIT = 1e-3  # of the load that steps reached: the first step along the path from there
+BEFORE_LIMIT = 0.9  # of the load that steps reached: where the path to the limit point begins
 MOST_TO_LIMIT = 60  # steps: load steps end within a few of a limit point
 
 
@@ -115,9 +115,10 @@ def pulled_in(problem: StaticProblem, error: LoadError, accept: path.Accept) -> 
     As it is where no limit point comes.
     """
     try:
-        step = NEAR_LIMIT * error.reached
+        problem.solve(BEFORE_LIMIT * error.reached)
+        step = (1 - BEFORE_LIMIT) / 2 * error.reached
         limit = path.limit_point(problem, step, most_steps=MOST_TO_LIMIT, accept=accept)
-    except SolverError:
+    except (SolverError, ValueError):  # no root where the path turns too sharply
         return error
     return LoadError(str(error), reached=limit.magnitude)
 

@@ -91,7 +91,8 @@ def stretching_products(
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
         unpacked(plate.mirrors.copies * found[parity].energy, members, products)
-    largest = max(part.largest for part in found.values())
+    # of what is left: where free edges let the film follow, it is far below <S_jk, S_jk>
+    largest = max(float(part.energy.diagonal().max()) for part in found.values())
     known = InPlane.of_parts((part.known for part in found.values()), largest)
     if in_plane == "free":
         members, even = pairs[plate.mirrors.even], found[plate.mirrors.even].known.energies
@@ -117,11 +118,10 @@ def at_once(plate: Plate, parities: Sequence[Parity]) -> list[Sequence[Parity]]:
 class ClassProducts:
     """Products of the pairs of one parity.
 
-    energy: <E_jk, E_lm> (p, p); largest: of <S_jk, S_jk>; known: of the displacements.
+    energy: <E_jk, E_lm> (p, p); known: of the displacements.
     """
 
     energy: np.ndarray
-    largest: float
     known: InPlane
 
 
@@ -134,18 +134,21 @@ def _class_products(
 ) -> dict[Parity, ClassProducts]:
     """Products of the pairs of some parities. Collective."""
     displacements: dict[Parity, np.ndarray] = {}
-    if in_plane == "free":
-        displacements = _displacements(plate, shapes, pairs)
-    energy, rigid = _pair_products(plate, shapes, pairs, displacements, told)
     known = dict.fromkeys(pairs, InPlane())
-    known |= {p: inplane.known(plate, moved, p) for p, moved in displacements.items()}
-    return {p: ClassProducts(energy[p], rigid[p], known[p]) for p in pairs}
+    if in_plane == "free":
+        displacements, known = _displacements(plate, shapes, pairs)
+    energy = _pair_products(plate, shapes, pairs, displacements, told)
+    return {p: ClassProducts(energy[p], known[p]) for p in pairs}
 
 
 def _displacements(
     plate: Plate, shapes: np.ndarray, pairs: dict[Parity, np.ndarray]
-) -> dict[Parity, np.ndarray]:
-    """In-plane displacements (local dofs, p) in equilibrium with each pair. Collective."""
+) -> tuple[dict[Parity, np.ndarray], dict[Parity, InPlane]]:
+    """In-plane displacements (local dofs, p) in equilibrium with each pair, and what they tell.
+
+    Collective.
+    """
+    known = {}
     loads = {parity: membrane.no_load(plate, len(p)) for parity, p in pairs.items()}
     for field, _, parity, strain in _pair_strains(plate, shapes, pairs):
         force = membrane.force(plate, strain) * field.weights[..., None]
@@ -158,9 +161,10 @@ def _displacements(
         if number == len(loads):
             stiffness.destroy()
         equilibrium.respond(loads[parity], SOLVED)
+        known[parity] = inplane.known(plate, loads[parity], parity, equilibrium)
         equilibrium.release()
     compat.free_memory(plate.domain.comm)
-    return loads
+    return loads, known
 
 
 def _pair_products(
@@ -169,18 +173,15 @@ def _pair_products(
     pairs: dict[Parity, np.ndarray],
     displacements: dict[Parity, np.ndarray],
     told: Told | None,
-) -> tuple[dict[Parity, np.ndarray], dict[Parity, float]]:
-    """By parity: <E_jk, E_lm> (p, p) of the pairs' strains, and the largest <S_jk, S_jk>.
+) -> dict[Parity, np.ndarray]:
+    """By parity: <E_jk, E_lm> (p, p) of the pairs' strains.
 
     E = S + sym grad u; in equilibrium the product is stationary in u, so that an error of the
     in-plane solution enters squared.
     """
     energy = {parity: np.zeros((len(p), len(p))) for parity, p in pairs.items()}
-    rigid = {parity: np.zeros(len(p)) for parity, p in pairs.items()}
     for field, slope, parity, strain in _pair_strains(plate, shapes, pairs):
         weights = field.weights[..., None]
-        xx, yy, xy = strain * membrane.force(plate, strain) * weights
-        rigid[parity] += np.sum(xx + yy + 2 * xy, axis=(0, 1))
         if displacements:
             strain = strain + membrane.strain(plate, field, displacements[parity])
         force = membrane.force(plate, strain) * weights
@@ -190,9 +191,7 @@ def _pair_products(
     if plate.stiffness.in_plane:
         for parity, moved in displacements.items():
             energy[parity] += membrane.spring_work(plate, moved)
-    comm = plate.domain.comm
-    largest = {parity: float(comm.allreduce(r).max()) for parity, r in rigid.items()}
-    return {parity: comm.allreduce(e) for parity, e in energy.items()}, largest
+    return {parity: plate.domain.comm.allreduce(e) for parity, e in energy.items()}
 
 
 def _pair_strains(

@@ -81,7 +81,10 @@ class FlatCases:
                 other = np.eye(n, k=apart)[:, first : first + MOST_COLUMNS]
                 force = self._trilinear(own, other, own)
                 largest = max(largest, np.abs(np.diag(force[first:])).max())
-                found += [inplane.known(self.plate, u, p) for p, u in self.displacement.items()]
+                found += [
+                    inplane.known(self.plate, moved, p, self._equilibria.get(p))
+                    for p, moved in self.displacement.items()
+                ]
         return InPlane.of_parts(found, largest)
 
     def tangents(self, q: np.ndarray) -> np.ndarray:

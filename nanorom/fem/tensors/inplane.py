@@ -16,6 +16,8 @@ from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Parity
+from nanorom.fem.tensors import lateral
+from nanorom.fem.tensors.equilibrium import Equilibrium
 
 MOST_COLUMNS = 64  # the displacements of the first pairs are the smoothest
 DEPENDENT = 1e-4  # squares of unit displacements below this are those of the mesh's asymmetry
@@ -44,11 +46,24 @@ class InPlane:
         return cls(error, slowest, np.concatenate([part.energies for part in parts]))
 
 
-def known(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> InPlane:
-    """What displacements (local dofs, m) of a parity tell, errors not yet relative. Collective."""
+def known(
+    plate: Plate,
+    displacements: np.ndarray,
+    parity: Parity = (),
+    equilibrium: Equilibrium | None = None,
+) -> InPlane:
+    """What displacements (local dofs, m) of a parity tell, errors not yet relative. Collective.
+
+    equilibrium : the one that made them, with its factors; None where the plane is held fixed.
+    """
     errors = accuracy.in_plane_errors(plate, displacements)
     unit = plate.stiffness.stretching
-    return InPlane(float(errors.max()), slowest(plate, displacements, parity), errors / unit)
+    columns = displacements[:, :MOST_COLUMNS]
+    lowest = slowest(plate, columns, parity)
+    held = not membrane.constraints(plate, parity).motions.size
+    if equilibrium is not None and held and lateral.is_slender(plate):
+        lowest = min(lowest, lateral.slowest(plate, equilibrium, columns))
+    return InPlane(float(errors.max()), lowest, errors / unit)
 
 
 def slowest(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> float:
@@ -57,8 +72,7 @@ def slowest(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> flo
     It is above the lowest eigenvalue of what the deflections excite, and what they do not excite
     does not count; a film that is free in its plane does not move as a whole.  Collective.
     """
-    columns = displacements[:, :MOST_COLUMNS]
-    m = columns.shape[1]
+    columns, m = displacements, displacements.shape[1]
     rigid = membrane.constraints(plate, parity).motions.reshape(len(columns), -1)
     moving = np.column_stack([columns, rigid])
     energy, square = np.zeros((m, m)), np.zeros((moving.shape[1],) * 2)

@@ -87,7 +87,8 @@ class StaticCases:
         for j, q in enumerate(amplitude * np.eye(len(self.modes.parities))):
             energies.append(0.5 * amplitude * abs(self._force(q)[j]))
             displacements.append(self._case.u.x.array.copy())
-        found = inplane.known(self.plate, np.column_stack(displacements))
+        columns = np.column_stack(displacements)
+        found = inplane.known(self.plate, columns, (), self._case.equilibrium)
         return InPlane.of_parts([found], max(energies))
 
     def _force(self, q: np.ndarray) -> np.ndarray:
@@ -114,23 +115,23 @@ class _Reaction:
         self.u, self._w = fem.Function(plate.in_plane), fem.Function(plate.deflections)
         written = energy(self.u, self._w)
         self._reaction = compat.form(ufl.derivative(written, self._w))
-        self._equilibrium: Equilibrium | None = None
+        self.equilibrium: Equilibrium | None = None
         if in_plane == "free":
             stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
-            self._equilibrium = Equilibrium(plate, stiffness)
+            self.equilibrium = Equilibrium(plate, stiffness)
             self._residual = compat.form(ufl.derivative(written, self.u))
 
     def solve(self, w: np.ndarray) -> np.ndarray:
         """Consistent nodal forces (owned dofs,) at a deflection (local dofs,). Collective."""
         self._w.x.array[:] = w
         self.u.x.array[:] = 0.0
-        if self._equilibrium is not None:
-            self.u.x.array[:] = self._equilibrium.solve(self._in_plane_force)[:, 0]
+        if self.equilibrium is not None:
+            self.u.x.array[:] = self.equilibrium.solve(self._in_plane_force)[:, 0]
         return algebra.assemble_vector(self._reaction)
 
     def _in_plane_force(self, u: np.ndarray | None) -> np.ndarray:
         """Force (owned free dofs, 1) at a displacement, the same; at none for None. Collective."""
-        assert self._equilibrium is not None
-        free = self._equilibrium.free
+        assert self.equilibrium is not None
+        free = self.equilibrium.free
         self.u.x.array[:] = 0.0 if u is None else free.extended(u)[:, 0]
         return free.taken(algebra.assemble_vector(self._residual))[:, None]

@@ -14,8 +14,7 @@ from nanorom.continuation import (
     SpecialPoint,
     explore,
 )
-from nanorom.continuation.orbits.bifurcations import BRANCHING, TORUS, critical_value
-from nanorom.continuation.points.detection import _neutral
+from nanorom.continuation.orbits.bifurcations import BRANCHING, TORUS
 from nanorom.continuation.points.samples import _may_meet
 
 FEW_POINTS = 100  # a loop of some ten series steps; one of tiny steps has a thousand and more
@@ -121,8 +120,8 @@ def counts(kinds: list[str]) -> tuple[int, int, int]:
 def test_torus_point_between_real_pairs_is_not_taken_for_a_neutral_saddle() -> None:
     """Real pair outside -> complex pair crossing the circle -> real pair inside, in one step."""
     before, after = np.array([31.5, -1.3, -1.03, 0.4]) + 0j, np.array([30, -0.9, -0.98, 0.4]) + 0j
-    assert not _neutral(before, after)
-    assert _neutral(np.array([1.2, 0.9]) + 0j, np.array([1.2, 0.8]) + 0j)
+    assert not TORUS.condition.is_spurious(before, after)
+    assert TORUS.condition.is_spurious(np.array([1.2, 0.9]) + 0j, np.array([1.2, 0.8]) + 0j)
 
 
 def test_critical_functions_are_smooth_where_two_multipliers_meet() -> None:
@@ -132,10 +131,10 @@ def test_critical_functions_are_smooth_where_two_multipliers_meet() -> None:
     parameter = np.linspace(-1e-3, 1e-3, 9)
     pairs = [np.roots([1.0, -2.0 - 1e-4, 1.0 + 1e-4 + a]) for a in parameter]  # (mu - 1)^2 ...
     far = np.array([0.3 + 0.4j, 0.3 - 0.4j])
-    unit = critical_value(BRANCHING, symmetric=False)
+    unit = BRANCHING.condition.critical(symmetric=False)
     values = [unit(np.append(pair, far), 1.0) for pair in pairs]
     np.testing.assert_allclose(np.array(values) / values[-1], parameter / 1e-3, atol=1e-9)
-    torus = critical_value(TORUS, symmetric=False)
+    torus = TORUS.condition.critical(symmetric=False)
     growth = [torus(np.append(pair, far), 1.0) for pair in pairs]
     np.testing.assert_allclose(growth, np.log1p(1e-4 + parameter), atol=1e-9)
 

@@ -65,6 +65,14 @@ def test_cubic_tensor_is_fully_symmetric():
         assert cubic == pytest.approx(cubic.transpose(axes), rel=1e-14)
 
 
+def test_layers_of_a_thousandth_of_the_length_are_resolved():
+    """A membrane's string but for the layer's width at each end, to first order."""
+    layer, m = 4.56e-4, np.arange(1, 11)
+    found = modes(Beam(1.0, 1.0, layer**2, 1.0, 1.0), 10)
+    series = m * (1 + 2 * layer + 4 * layer**2 + (np.pi * m * layer) ** 2 / 2)
+    assert 2 * found.frequency == pytest.approx(series, rel=1e-6)
+
+
 def test_buckled_beam_is_refused():
     with pytest.raises(SolverError, match="buckling"):
         modes(Beam(1.0, 1.0, 1.0, -5 * np.pi**2, 1.0), 1)

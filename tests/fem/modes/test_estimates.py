@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nanorom.bench import accuracy
+from nanorom.bench import accuracy, scenes
 from nanorom.exact import cases
 from nanorom.fem.modes.accuracy import _orthonormal, _Polynomials, extrapolated
 from nanorom.fem.plan import Plan
@@ -31,6 +31,20 @@ def test_estimates_are_neither_too_small_nor_a_hundred_times_too_large(case):
     known, tolerance = CASES[case]()
     claim = accuracy.claim(cases.with_tolerance(known, tolerance), tolerance)
     assert claim.verdict == "ok", claim
+
+
+@pytest.mark.parametrize("number", [0, 7, 11])
+def test_random_scenes_keep_what_they_claim(number):
+    """Of `nanorom bench --accuracy`: a string, an elastic and a clamped drum."""
+    row = scenes.held(number, scenes.drawn(number))
+    assert row.verdict == "ok", row
+
+
+def test_a_peak_on_a_free_edge_is_that_of_the_shape_itself():
+    """Waves fitted on the film's side alone were wrong by ten times what they told."""
+    row = scenes.held(6, scenes.drawn(6))
+    assert "string" in row.scene
+    assert row.verdict == "ok", row
 
 
 def test_the_papers_drum_takes_few_unknowns():

@@ -43,7 +43,7 @@ DISC, SQUARE = Disc("2.5 um"), Rectangle("5 um", "5 um")
 NITRIDE = {
     "plate": Plate("100 nm"),
     "material": Material("250 GPa", 0.23, 3100),
-    "tension": Tension(100.0, 0.0),
+    "tension": Tension(10.0, 0.0),  # lateral bending is far above the modes
 }
 FLAT = {
     "drum": film(DISC),

@@ -1,0 +1,230 @@
+"""Rooms and rows that move into a copy of the house, as CONTRIBUTING.md says they may.
+
+Each newcomer is files (or a class at the end of one) and rows; `test_newcomers` uses it there.
+"""
+
+import shutil
+from pathlib import Path
+
+HOUSE = Path(__file__).parents[2] / "nanorom"
+
+RING = '''"""A ring of light: a dummy."""
+
+import attrs
+import numpy as np
+
+from nanorom.scene.patterns.pattern import Areal
+
+
+@attrs.frozen
+class Ring(Areal):
+    """A pressure p d^2/radius^2 exp(-d^2/radius^2) at a distance d from ``position``."""
+
+    name = "ring"
+    unit = "Pa"
+
+    position: tuple[float, float]
+    radius: float
+
+    @property
+    def centre(self):
+        return self.position
+
+    @property
+    def size(self):
+        return self.radius
+
+    @property
+    def reach(self):
+        return 6 * self.radius
+
+    def density(self, points):
+        square = np.sum((points - np.asarray(self.position)) ** 2, axis=-1) / self.radius**2
+        return square * np.exp(-square)
+'''
+
+SHRINKING = '''
+
+@attrs.frozen
+class Shrinking(Condition):
+    """A complex pair has a given modulus: a dummy, which a damped oscillator meets."""
+
+    radius: float
+
+    def candidates(self, multipliers):
+        return multipliers[multipliers.imag > REAL]
+
+    def distances(self, multipliers):
+        return np.abs(np.abs(self.candidates(multipliers)) - self.radius)
+
+    def crossing(self, multipliers):
+        return float(np.abs(multipliers).max() - self.radius)
+
+    def test(self, eigenvalues, slopes, pairs):
+        first, second = pairs
+        return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - self.radius**2)
+
+    def critical(self, symmetric, multiplicity=1):
+        return lambda eigenvalues, slope: float(np.log(np.abs(eigenvalues[0]) / self.radius))
+
+    def among(self, nearest):
+        return np.zeros(len(nearest), dtype=bool)
+'''
+
+STRESS = '''
+
+class Stress(Unknown):
+    """Stress of the film, the same along x and y: a dummy."""
+
+    name, unit, sets = "stress", "Pa", PAIR
+    stiffens, pulls = 1, True
+
+    def of(self, film):
+        return super().of(film) / film.thickness
+
+    def put(self, film, value):
+        return super().put(film, value * film.thickness)
+
+    def slope(self, film):
+        return np.array([film.thickness, film.thickness, 0.0, 0.0])
+'''
+
+NOTED = '''"""Marks along a frequency axis: a dummy kind of file."""
+
+from typing import ClassVar
+
+import attrs
+import numpy as np
+
+from nanorom.files import hdf5, layout, schema, stored
+from nanorom.files.schema import array
+
+
+@layout.documented
+@attrs.frozen(eq=False, kw_only=True)
+class Noted:
+    """Marks."""
+
+    FORMAT: ClassVar[str] = "nanorom-noted"
+    FORMAT_VERSION: ClassVar[int] = 1
+
+    frequency: np.ndarray = attrs.field(metadata=array("n", "Hz", "where the marks are"))
+
+    def __attrs_post_init__(self):
+        schema.check(self)
+
+    def save(self, path):
+        stored.save(self, path)
+
+    @classmethod
+    def load(cls, path):
+        with hdf5.opened(path, cls.FORMAT, cls.FORMAT_VERSION) as file:
+            return stored.read(cls, file)
+
+    def text(self):
+        return f"{len(self.frequency)} marks"
+
+    def draw(self, path, folder, measured):
+        return []
+'''
+NOTED_ROW = """    "nanorom-noted": Kind(
+        "noted.h5",
+        "nanorom.results.noted:Noted.load",
+        "nanorom.results.noted:Noted.text",
+        "nanorom.results.noted:Noted.draw",
+        "nanorom.results.noted:Noted.text",
+        "nanorom.results.noted:Noted.text",
+    ),
+    "nanorom-loadcurve": Kind("""
+
+PLAIN = '''"""Frequencies as plain text: a dummy format."""
+
+
+def write_plain(model, path):
+    path.write_text("".join(f"{frequency:.9e}\\\\n" for frequency in model.frequency))
+'''.replace("\\\\n", "\\n")
+
+SKIN = '''"""A plate by another name: a dummy film model."""
+
+from nanorom.fem.routes.plate import PlateRoute
+
+
+class SkinRoute(PlateRoute):
+    """Plates that are called skins."""
+
+    def cost(self, plan):
+        return "a skin: " + super().cost(plan)
+'''
+
+# file -> new content, or what to put at its end, or (row as it is, with the newcomer)
+FILES = {
+    "scene/patterns/ring.py": RING,
+    "results/noted.py": NOTED,
+    "export/plain.py": PLAIN,
+    "fem/routes/skin.py": SKIN,
+}
+ENDS = {
+    "continuation/orbits/conditions.py": SHRINKING,
+}
+CLASSES = {"measurement/unknowns.py": ("_ALL = (", STRESS.lstrip("\n") + "\n\n_ALL = (")}
+ROWS = {
+    "scene/patterns/__init__.py": [
+        ("(Pressure, Spot, Point)", "(Pressure, Spot, Point, Ring)"),
+        (
+            "from nanorom.scene.patterns.spot import Spot\n",
+            "from nanorom.scene.patterns.ring import Ring\n"
+            "from nanorom.scene.patterns.spot import Spot\n",
+        ),
+    ],
+    "continuation/orbits/bifurcations.py": [
+        ("(FOLD, DOUBLING, TORUS, BRANCHING)", "(FOLD, DOUBLING, TORUS, BRANCHING, SHRINKS)"),
+        ("KINDS = {", 'SHRINKS = Kind("SH", "shrinks", Shrinking(0.9), 0, "*")\nKINDS = {'),
+        ("import At, Condition, OnCircle", "import At, Condition, OnCircle, Shrinking"),
+    ],
+    "measurement/unknowns.py": [("Density(), Thickness())", "Density(), Thickness(), Stress())")],
+    "files/stored.py": [('    "nanorom-loadcurve": Kind(', NOTED_ROW)],
+    "export/formats.py": [
+        (
+            '    "vtk": Format(',
+            '    "plain": Format(".txt", model=write_plain),\n    "vtk": Format(',
+        ),
+        (
+            "from nanorom.export.poscidyn",
+            "from nanorom.export.plain import write_plain\nfrom nanorom.export.poscidyn",
+        ),
+    ],
+    "scene/film.py": [
+        ('    "beam": Model(', '    "skin": Model(bends=True),\n    "beam": Model('),
+    ],
+    "fem/routes/registry.py": [
+        ('    "beam": BeamRoute(),', '    "skin": SkinRoute(),\n    "beam": BeamRoute(),'),
+        (
+            "from nanorom.fem.routes.shell import ShellRoute\n",
+            "from nanorom.fem.routes.shell import ShellRoute\n"
+            "from nanorom.fem.routes.skin import SkinRoute\n",
+        ),
+    ],
+}
+
+
+def moved_in(folder: Path) -> Path:
+    """A copy of the house in a folder, with all newcomers in their rooms and rows."""
+    house = folder / "nanorom"
+    shutil.copytree(HOUSE, house, ignore=shutil.ignore_patterns("__pycache__"))
+    for name, text in FILES.items():
+        (house / name).write_text(text, "utf-8")
+    for name, text in ENDS.items():
+        (house / name).write_text((house / name).read_text("utf-8") + text, "utf-8")
+    for name, row in CLASSES.items():
+        replace(house / name, *row)
+    for name, rows in ROWS.items():
+        for row in rows:
+            replace(house / name, *row)
+    return folder
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    """Put a row into a table, where it has to be found once."""
+    text = path.read_text("utf-8")
+    assert text.count(old) == 1, (path, old, text.count(old))
+    path.write_text(text.replace(old, new), "utf-8")

@@ -1,0 +1,103 @@
+"""A new capability moves in as one room and one row: tried in a copy of the house.
+
+What CONTRIBUTING.md says of a drive pattern, a special point, a kind of file, a format of export,
+an unknown of the fit and a model of the film is done with dummies, and then used as a user would.
+"""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from tests.structure.newcomers import moved_in
+
+BEGIN = """
+import numpy as np
+import nanorom
+from nanorom.cli.main import main
+
+def drum(model="membrane", **sections):
+    return nanorom.Scene(
+        geometry=nanorom.Disc(1e-6),
+        plate=nanorom.Plate(thickness=1e-8, model=model),
+        material=nanorom.Material(youngs_modulus=4e11, poisson_ratio=0.16, density=2267.0),
+        tension=nanorom.Tension(0.3),
+        modes=nanorom.Modes(1),
+        accuracy=nanorom.Accuracy(degree=4, mesh_size=5e-7),
+        **sections,
+    )
+"""
+
+PROGRAMS = {
+    "drive pattern": """
+        from nanorom.rom.patterns import force
+        drive = nanorom.Drive(1.0, direct_pattern="ring", position=(0, 0), radius=3e-7)
+        sweep = nanorom.Sweep("0.9 f1", "1.1 f1")
+        scene = drum(drive=drive, damping=nanorom.Damping(100), sweep=sweep)
+        assert nanorom.Scene.from_toml(scene.to_toml()) == scene
+        model = nanorom.reduce(scene)
+        drawn = force(drive.pattern, model.shapes)
+        assert np.allclose(model.drive["ring"], drawn, rtol=0.02) and model.drive["ring"][0] > 0
+        assert nanorom.respond(model, drive, scene.sweep, processes=1).diagrams
+    """,
+    "special point": """
+        from nanorom.continuation import ModalSystem, explore
+        damping = 0.1
+        system = ModalSystem(
+            damping=damping, stiffness=1.0, quadratic=[[[0.1]]], cubic=[[[[0.5]]]], direct=[1.0]
+        )
+        diagram = explore(system, (2.5, 3.5), direct=0.01)
+        (found,) = diagram.points("SH")  # |mu| = exp(-damping T / 2), whatever the motion
+        assert abs(found.omega / (-np.pi * damping / np.log(0.9)) - 1) < 1e-8
+    """,
+    "kind of file": """
+        from nanorom.files import stored
+        from nanorom.results.noted import Noted
+        Noted(frequency=np.array([1e6, 2e6])).save("noted.h5")
+        assert np.array_equal(stored.load("noted.h5").frequency, [1e6, 2e6])
+        assert main(["info", "noted.h5"]) == 0
+        assert main(["plot", "noted.h5"]) == 0
+    """,
+    "format of export": """
+        nanorom.reduce(drum()).save("rom.h5")
+        assert main(["export", "rom.h5", "--to", "plain"]) == 0
+        assert float(open("rom.txt").read()) > 1e6
+    """,
+    "unknown of the fit": """
+        from nanorom.measurement.data import Resonances
+        from nanorom.measurement.identify import identify
+        scene = drum().with_(modes=3)
+        measured = Resonances(nanorom.reduce(scene).frequency, ("", "", ""))
+        start = scene.with_(tension=nanorom.Tension(0.35))
+        found = identify(start, measured, unknowns=("stress",))
+        assert abs(found.value["stress"] / (0.3 / 1e-8) - 1) < 1e-3
+    """,
+    "model of the film": """
+        from nanorom.workflow import plan
+        skin, plate = nanorom.reduce(drum("skin")), nanorom.reduce(drum("plate"))
+        assert np.array_equal(skin.cubic, plate.cubic)
+        assert "a skin: " in plan(drum("skin"))
+    """,
+}
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory):
+    return moved_in(tmp_path_factory.mktemp("house"))
+
+
+@pytest.mark.parametrize("newcomer", PROGRAMS)
+def test_newcomer_is_one_room_and_one_row(newcomer, house, tmp_path):
+    program = BEGIN + textwrap.dedent(PROGRAMS[newcomer])
+    environment = os.environ | {"PYTHONPATH": str(house)}
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
