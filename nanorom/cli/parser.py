@@ -266,10 +266,14 @@ COMMANDS = {
         _export,
     ),
     "identify": Command(
-        commands.identify_command, "Find tension and Young's modulus from resonances.", _identify
+        commands.identify_command,
+        "Find tension, Young's modulus and more from resonances.",
+        _identify,
     ),
     "plot": Command(
-        commands.plot_command, "Draw a rom.h5 (mode gallery), a response.h5 or a tuning.h5.", _plot
+        commands.plot_command,
+        "Draw a result file: modes, responses, load curves, the film beside its model.",
+        _plot,
     ),
     "view": Command(
         commands.view_command,

@@ -23,6 +23,7 @@ from nanorom.fem.models.state import State
 from nanorom.fem.modes import eigen
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes.eigen import ClassSolver, Modes
+from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import Parity
@@ -43,6 +44,7 @@ class Spectrum:
     """
 
     def __init__(self, scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
+        check_of_plates(scene, "a scene to identify")
         if scene.load is not None:
             raise SceneError("load: a scene to identify is about the unloaded film; remove [load]")
         if scene.support.springs or any(isinstance(k, Edge) for k in scene.support.kinds):

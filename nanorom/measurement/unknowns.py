@@ -67,7 +67,10 @@ class Film:
     def put_into(self, scene: Scene) -> Scene:
         """The scene with this film; raises SceneError where it allows no such value."""
         material = attrs.evolve(
-            scene.material, youngs_modulus=self.youngs_modulus, density=self.density
+            scene.material,
+            youngs_modulus=self.youngs_modulus,
+            poisson_ratio=self.poisson_ratio,
+            density=self.density,
         )
         return scene.with_(
             tension=Tension(self.tension_x, self.tension_y),

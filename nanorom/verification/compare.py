@@ -13,6 +13,7 @@ import attrs
 import numpy as np
 
 from nanorom.continuation.diagrams.selection import Chosen
+from nanorom.continuation.orbits.bifurcations import FOLD
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
 from nanorom.types import Array
 from nanorom.verification.driven import DrivenFilm
@@ -21,8 +22,6 @@ from nanorom.verification.orbit import FullOrbit, largest_deflection, told
 from nanorom.verification.preconditioner import Border
 from nanorom.verification.problem import Problem, pose
 from nanorom.verification.stability import Stability
-
-FOLD = "LP"
 
 
 @attrs.frozen(eq=False)
@@ -59,7 +58,7 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
     film, problem = driven.film, pose(driven, point.orbit)
     fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
     across = problem.across()
-    borders = [across] if point.type == FOLD else [fixed, across]
+    borders = [across] if point.type == FOLD.code else [fixed, across]
     full, border, left = _solved(problem, borders) if solve else (None, borders[0], np.nan)
     first = first_correction(problem.model, problem.start, problem.rate, border)
     corrected = problem.amplitudes(problem.start + first.change)

@@ -201,14 +201,14 @@ class StaticProblem:
         try:
             snes.solve(None, x)
             reason = snes.getConvergedReason()
-        except PETSc.Error:
-            reason = -3
+        except PETSc.Error:  # the factors broke down, which a shorter step may spare them
+            reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
         steps = snes.getIterationNumber()
+        snes.destroy()
         if reason <= 0 or not np.isfinite(self.norm(x.array_r)):
             self.set_state(before, before_magnitude)
             raise SolverError(f"no equilibrium at load {magnitude:g} (SNES reason {reason})")
         self.set_state(x.array_r, magnitude)
-        snes.destroy()
         return int(steps)
 
 
