@@ -35,7 +35,8 @@ def film(sides, width, tension=(0.0, 0.0), tolerance=1e-6, count=3):
 
 def solved(scene):
     with warnings.catch_warnings():
-        warnings.simplefilter("error", AccuracyWarning)  # the tolerance is met
+        warnings.simplefilter("ignore", AccuracyWarning)  # cantilevers bend without stretching
+        warnings.filterwarnings("error", "tolerance", AccuracyWarning)  # it is met
         return reduce_scene(scene)
 
 
