@@ -10,7 +10,6 @@ from __future__ import annotations
 import attrs
 import numpy as np
 from mpi4py import MPI
-from scipy.spatial import ConvexHull
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.models.plate import Plate
@@ -38,9 +37,29 @@ def room(plate: Plate, places: np.ndarray) -> Room:
     corners = surface.geometry.x[vertices, :2]
     area = 0.5 * np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum()
     area = plate.mirrors.copies * plate.domain.comm.allreduce(area, op=MPI.SUM)
-    if ConvexHull(_points(plate, edge)).volume > (1 + CONVEX) * area:
+    if _hull(_points(plate, edge)) > (1 + CONVEX) * area:
         return Room(inside, inside)
     return Room(inside, _away(plate, np.setdiff1d(edge, plate.held), places))
+
+
+def _hull(points: np.ndarray) -> float:
+    """Area of the convex hull of points (n, 2), by Andrew's two chains (Qhull writes files)."""
+    ordered = np.unique(points, axis=0).tolist()
+    x, y = np.array(_chain(ordered)[:-1] + _chain(ordered[::-1])[:-1]).T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+
+
+def _chain(ordered: list[list[float]]) -> list[list[float]]:
+    """Those of points, ordered along x, between which the chain turns left alone."""
+    chain: list[list[float]] = []
+    for x, y in ordered:
+        while len(chain) > 1:
+            (x0, y0), (x1, y1) = chain[-2:]
+            if (x1 - x0) * (y - y0) > (y1 - y0) * (x - x0):
+                break
+            chain.pop()
+        chain.append([x, y])
+    return chain
 
 
 def _away(plate: Plate, facets: np.ndarray, places: np.ndarray) -> np.ndarray:
