@@ -120,12 +120,12 @@ class Shooting:
         return nodes, phases, duration
 
     def _segments(self, orbit: Orbit) -> Iterator[tuple[Array, Array, float]]:
-        """As `_nodes`, for more and more segments."""
+        """As `_nodes`, for more and more segments: once at least, however many that takes."""
         period = 2 * np.pi / orbit.rate
         harmonics = (len(orbit.coefficients) - 1) // 2
         # local frequency at the largest excursion: hardening makes it higher than the linear ones
         fastest = self.stepper.fastest + float(np.abs(orbit.coefficients).sum(axis=0).max())
-        count = max(8, int(np.ceil(period * fastest / STEP_ANGLE)))
+        count = min(max(8, int(np.ceil(period * fastest / STEP_ANGLE))), MOST_SEGMENTS - 1)
         while count < MOST_SEGMENTS:
             angles = 2 * np.pi / count * np.arange(count)
             table = fourier_matrix(angles, harmonics)

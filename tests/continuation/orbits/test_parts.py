@@ -269,3 +269,12 @@ def test_step_the_other_way_round_is_the_same_step(system) -> None:
     middle = step.rate(0.4 * step.length)
     assert step.crossings(middle) == pytest.approx([0.4 * step.length])
     assert back.crossings(middle) == pytest.approx([-0.4 * step.length])
+
+
+def test_a_motion_too_fast_for_all_segments_is_no_orbit_rather_than_a_crash() -> None:
+    """1e6 times the amplitude at which a Duffing oscillator's cubic force equals its linear one."""
+    scaled = ModalSystem(
+        damping=[0.01], stiffness=[1.0], cubic=np.ones((1, 1, 1, 1)), direct=[1.0]
+    ).scaled(0.1, 0.0)
+    coefficients = np.array([[0.0], [1e6], [0.0]])
+    assert not Shooting(scaled).check(Orbit(coefficients, 1.0, 1)).defect < 1.0
