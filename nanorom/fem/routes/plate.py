@@ -335,7 +335,7 @@ class PlateRoute(Route):
             aimed=aimed,
             shapes=Shapes(points * scales.length, cells, values),
             static=static,
-            viscous=viscous(scene, scales, modes, products),
+            viscous=viscous(scene, scales, modes),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
             diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),
