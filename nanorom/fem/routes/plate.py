@@ -33,7 +33,7 @@ from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import is_of_revolution
-from nanorom.fem.tensors import inextensional
+from nanorom.fem.tensors import inextensional, lateral
 from nanorom.files.partial import Journal
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
@@ -312,7 +312,8 @@ class PlateRoute(Route):
         solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
-        inertia.check(solution.diagnostics.get("in_plane_frequency", np.inf), frequency[-1])
+        in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)
+        inertia.check(in_plane, frequency[-1], lateral.is_slender(plate))
         with watch.stage("patterns"):
             products = modal_products(modes)
             aimed = patterns.aimed(modes, scene.drive, scales.length)
