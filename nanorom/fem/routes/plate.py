@@ -219,6 +219,10 @@ def on_triangulation(
         "largest_deflection": deflection[np.abs(deflection).argmax()],
         "mean_tension": np.array(scales.tension * static.tension),
     }
+    if static.other is not None:
+        highest = static.other[np.abs(static.other).argmax()]
+        highest = max(plate.domain.comm.allgather(highest), key=abs)
+        found["other_deflection"] = np.array(unit * highest)
     centre = places.centre_value(plate, w)
     if centre is not None:
         found["centre_deflection"] = np.array(unit * centre)

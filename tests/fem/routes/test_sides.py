@@ -98,3 +98,17 @@ def test_the_best_solution_is_kept_when_a_finer_mesh_fails(monkeypatch):
         model = reduce_scene(scene)
     assert len(aims) == 2
     assert model.frequency == pytest.approx(CCCF[:1], rel=1e-3)
+
+
+def test_a_tolerance_that_is_missed_is_told_with_one_that_is_met(monkeypatch):
+    scene = film("cccc", 0.8, tolerance=1e-3, count=1)
+    solve = route.solve
+
+    def by_a_hair(*given):
+        solution = solve(*given)
+        solution.diagnostics["error_tensor"] = 1.04e-3
+        return solution
+
+    monkeypatch.setattr(route, "solve", by_a_hair)
+    with pytest.warns(AccuracyWarning, match=r"1.0e-03; accuracy.tolerance = 0.002 is met"):
+        reduce_scene(scene)
