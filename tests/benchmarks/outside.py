@@ -24,8 +24,8 @@ HEAD = """# Numbers of others
 What others printed, beside what this package computes; `./run python -m tests.benchmarks.outside`
 writes this page anew, and the suite holds it against a new computation. Every printed number was
 read in the public source named with it; where a difference is more than the printed digits, the
-last column says whose it is. Beside these: the paper's Table 1 (`demos/table1.py`), its Table 4 entry by
-entry (`demos/table4.py`), and five nonlinear shells (`tests/benchmarks/shells`). Plates:
+last column says whose it is. Beside these: the paper's Table 1 (`demos/table1.py`), its Table 4
+entry by entry (`demos/table4.py`), and five nonlinear shells (`tests/benchmarks/shells`). Plates:
 omega L^2 (rho h/D)^(1/2), L the side; nu = .3 but where another is told.
 
 Sources: code_aster's validation manual V2.03.001 (SDLS01, after Barton 1951), page "Benchmark
