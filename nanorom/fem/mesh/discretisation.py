@@ -88,7 +88,7 @@ def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discreti
     degree = scene.accuracy.degree or DEGREE
     finer = 1.0
     if tolerance is not None and scene.accuracy.tolerance is not None:
-        finer = (tolerance / scene.accuracy.tolerance) ** (1 / RATE)
+        finer = (tolerance / scene.accuracy.tolerance) ** (1 / _rate(scene))
     corners = _corners(scene, tolerance)
     return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
 
@@ -105,12 +105,19 @@ def _cell_size(
     """Size of degree-8 cells for a tolerance at the shortest wavelength."""
     wavenumber = shortest_wave(geometry, scene.modes.highest) * length
     plate, membrane = WAVES
-    free = any(deflection_of(kind) == "free" for kind in scene.supports.values())
-    finer = min((tolerance / 1e-6) ** (1 / rate) for rate in (RATE, POINT_RATE if free else RATE))
+    finer = min((tolerance / 1e-6) ** (1 / rate) for rate in (RATE, _rate(scene)))
     scaled = (plate if layer else membrane) * finer
     if isinstance(geometry, Rectangle):
         scaled *= RECTANGLE
     return min(COARSEST, scaled / wavenumber)
+
+
+def _rate(scene: Scene) -> float:
+    """At which errors fall with the size of cells; a tag that has no name may not be there."""
+    kinds = list(scene.supports.values())
+    if isinstance(scene.geometry, MeshFile):
+        kinds = list(scene.support.named.values()) or [scene.support.default]
+    return POINT_RATE if "free" in map(deflection_of, kinds) else RATE
 
 
 def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:

@@ -12,6 +12,7 @@ from nanorom.scene.film import Material, Plate, Tension
 from nanorom.scene.geometry import Rectangle
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
+from tests.fem.ritz import rectangle
 
 THICKNESS, NU = 0.01, 0.3
 RIGIDITY = THICKNESS**3 / (12 * (1 - NU**2))  # E = 1
@@ -45,6 +46,7 @@ def solved(scene):
 CCCF = [0.01207402582, 0.02477711061, 0.03100749234]
 CCCF_STIFFENING = 19633.680  # B_1111/m_1^2; another Ritz code gives the same
 RITZ = 2e-8
+SETTLED = 3.0  # of the last change of Ritz' values: what may be left of their error
 
 
 def test_one_free_side_among_clamped_ones_reaches_a_small_tolerance():
@@ -59,6 +61,28 @@ def test_free_sides_beside_held_ones_reach_the_default_tolerance(sides):
     model = solved(film(sides, 0.8, count=2))
     found = model.diagnostics
     assert max(found["error_frequency"], found["error_tensor"]) <= 1e-6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_sides_and_tensions_meet_ritz(seed):
+    """As nearly as a basis of Ritz' products has settled; tension acts between held sides alone."""
+    random = np.random.default_rng([1616, seed])
+    loose = True
+    while loose:  # a free film, and one that turns about a line
+        sides = "".join(random.choice(list("csf"), 4))
+        loose = "c" not in sides and sum(side == "s" for side in sides) < 2
+    width = random.uniform(0.5, 1.0)
+    held = "f" not in sides[:2], "f" not in sides[2:]
+    tension = random.uniform(0, 50, 2) * held
+    own = [
+        rectangle(sides, width, NU, RIGIDITY / THICKNESS, tension * RIGIDITY / THICKNESS, n)
+        for n in (14, 18)
+    ]
+    model = solved(film(sides, width, tension, 1e-6, 1))
+    found = 2 * np.pi * model.frequency[0], model.cubic[0, 0, 0, 0] / THICKNESS
+    for ours, coarse, fine in zip(found, *own):
+        assert abs(ours / fine - 1) < SETTLED * abs(coarse / fine - 1) + 1e-6
+        assert abs(ours / fine - 1) < 2e-3
 
 
 RELAXED = 0.00249420  # two meshes of another hp code, and Ritz' method

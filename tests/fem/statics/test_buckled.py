@@ -12,11 +12,12 @@ from nanorom.scene.geometry import Disc, String
 from nanorom.scene.load import Load
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
+from tests.fem.radial import Disc as Radial
 
 H = 0.01
 D = H**3 / 12  # E = 1, nu = 0: a strip bends as a beam, exactly
 CRITICAL = 4 * np.pi**2 * D  # of a clamped strip of length 1
-TOLERANCE = 1e-6
+TOLERANCE = 1e-5
 
 
 class Strip:
@@ -78,7 +79,7 @@ def strip(tension, pressure, **changes):
         "support": Support({"left": "clamped", "right": "clamped"}),
         "load": Load(pressure=pressure),
         "modes": Modes(count=1),
-        "accuracy": Accuracy(tolerance=TOLERANCE),
+        "accuracy": Accuracy(degree=6, mesh_size=0.2),  # nothing is singular without nu
     }
     return Scene(**fields | changes)
 
@@ -92,9 +93,8 @@ def test_ritz_strip_buckles_as_euler_says():
     assert free.found(1.0)[0] == pytest.approx(exact, rel=1e-10)
 
 
-@pytest.mark.parametrize("times", [1.2, 3.0])
-def test_buckled_strip_under_a_small_load_is_the_beams(times):
-    tension, pressure = -times * CRITICAL, 1e-3 * D
+def test_buckled_strip_under_a_small_load_is_the_beams():
+    tension, pressure = -2 * CRITICAL, 1e-3 * D
     exact = Strip(tension, pressure)
     model = nanorom.reduce(strip(tension, pressure))
     centre, frequency = exact.found(1.0)
@@ -105,34 +105,53 @@ def test_buckled_strip_under_a_small_load_is_the_beams(times):
     assert other < 0 < centre
 
 
+# -- clamped disc, E h = rho h = 1, against a spectral solution in r -------------------------------
+
+NU = 0.3
+PLATE = H**2 / 12 / (1 - NU**2)  # its bending stiffness
+BUCKLING = 14.681970642 * PLATE  # square of the first root of J1, by D/R^2
+
+
+def drum(times, pressure):
+    return Scene(
+        geometry=Disc(radius=1.0),
+        plate=Plate(thickness=H, model="plate"),
+        material=Material(1 / H, NU, 1 / H),
+        tension=Tension(-times * BUCKLING),
+        load=Load(pressure=pressure),
+        modes=Modes(count=1),
+        accuracy=Accuracy(tolerance=TOLERANCE),
+    )
+
+
+def radial(times, pressure, side):
+    """Centre and lowest frequency of the state that is left when a load from one side falls."""
+    disc = Radial(-times * BUCKLING, PLATE, NU, count=24)
+    disc.a[0] = side * H  # of the first function, (1 - r^2)^2
+    for load in (side * 1e-4, side * 1e-5, pressure):
+        disc.solve(pressure=load)
+    return float(disc.centre()), np.sqrt(disc.eigenvalues(0, 1)[0]) / (2 * np.pi)
+
+
+@pytest.mark.parametrize("times", [1.1, 3.0])
+def test_buckled_drum_is_expanded_about_the_side_to_which_its_load_pushes(times):
+    pressure = -1e-10
+    model = nanorom.reduce(drum(times, pressure))
+    centre, frequency = radial(times, pressure, -1.0)
+    assert centre < 0
+    assert float(model.static["centre_deflection"]) == pytest.approx(centre, rel=TOLERANCE)
+    assert model.frequency[0] == pytest.approx(frequency, rel=TOLERANCE)
+    other = radial(times, pressure, 1.0)[0]
+    assert float(model.static["other_deflection"]) == pytest.approx(other, rel=TOLERANCE)
+
+
 def test_a_load_beyond_snapping_leaves_one_state():
-    tension, pressure = -1.2 * CRITICAL, 50 * D
-    model = nanorom.reduce(strip(tension, pressure))
-    centre, frequency = Strip(tension, pressure).found(1.0)
+    pressure = 1e-5
+    model = nanorom.reduce(drum(1.1, pressure))
+    centre, frequency = radial(1.1, pressure, 1.0)
     assert "other_deflection" not in model.static
     assert float(model.static["centre_deflection"]) == pytest.approx(centre, rel=TOLERANCE)
-    assert model.frequency[0] == pytest.approx(frequency[0], rel=TOLERANCE)
-
-
-def test_buckled_drum_goes_to_the_side_that_its_load_pushes_to():
-    """Both sides mirror each other, and so do their models."""
-    h, nu = 0.01, 0.3
-    critical = 14.681970642 * h**3 / 12 / (1 - nu**2)  # square of the first root of J1, by D/R^2
-    drum = Scene(
-        geometry=Disc(radius=1.0),
-        plate=Plate(thickness=h, model="plate"),
-        material=Material(youngs_modulus=1.0, poisson_ratio=nu, density=1.0),
-        tension=Tension(-2 * critical),
-        load=Load(pressure=1e-10),
-        modes=Modes(count=1),
-        accuracy=Accuracy(tolerance=1e-5),
-    )
-    up, down = (nanorom.reduce(drum.with_(load=Load(pressure=p))) for p in (1e-10, -1e-10))
-    heights = [float(model.static["centre_deflection"]) for model in (up, down)]
-    assert heights[0] == pytest.approx(-heights[1], rel=1e-9)
-    assert float(up.static["other_deflection"]) == pytest.approx(heights[1], rel=1e-3)
-    assert up.frequency == pytest.approx(down.frequency, rel=1e-9)
-    assert up.quadratic[0, 0, 0] == pytest.approx(-down.quadratic[0, 0, 0], rel=1e-6)
+    assert model.frequency[0] == pytest.approx(frequency, rel=TOLERANCE)
 
 
 def test_without_a_load_the_remedy_is_told():
