@@ -240,8 +240,8 @@ def held(number: int, scene: Scene) -> Drawn:
 
 def _unsolved(number: int, scene: Scene, verdict: str, seconds: float = np.nan) -> Drawn:
     """The row of a scene without a solution."""
-    tolerance = scene.accuracy.tolerance or np.nan
-    return Drawn(number, told(scene), tolerance, 0, seconds, *[np.nan] * 5, verdict)
+    tolerance, nan = scene.accuracy.tolerance or np.nan, np.nan
+    return Drawn(number, told(scene), tolerance, 0, seconds, nan, nan, nan, nan, nan, verdict)
 
 
 def _claimed(model: ReducedModel) -> float:
