@@ -79,7 +79,7 @@ def strip(tension, pressure, **changes):
         "support": Support({"left": "clamped", "right": "clamped"}),
         "load": Load(pressure=pressure),
         "modes": Modes(count=1),
-        "accuracy": Accuracy(degree=6, mesh_size=0.2),  # nothing is singular without nu
+        "accuracy": Accuracy(degree=8, mesh_size=0.25),  # nothing is singular without nu
     }
     return Scene(**fields | changes)
 
