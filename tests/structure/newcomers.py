@@ -72,6 +72,11 @@ class Shrinking(Condition):
     """A complex pair has a given modulus: a dummy, which a damped oscillator meets."""
 
     radius: float
+    conjugate = True
+
+    @property
+    def growth(self):
+        return float(np.log(self.radius))
 
     def candidates(self, multipliers):
         return multipliers[multipliers.imag > REAL]
