@@ -216,11 +216,8 @@ ROWS = {
     "export/formats.py": [
         (
             '    "vtk": Format(',
-            '    "plain": Format(".txt", model=write_plain),\n    "vtk": Format(',
-        ),
-        (
-            "from nanorom.export.poscidyn",
-            "from nanorom.export.plain import write_plain\nfrom nanorom.export.poscidyn",
+            '    "plain": Format(".txt", model="nanorom.export.plain:write_plain"),\n'
+            '    "vtk": Format(',
         ),
     ],
     "scene/film.py": [
