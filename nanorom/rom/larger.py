@@ -59,6 +59,9 @@ class Larger(Modal):
 
     def places(self, label: tuple[str, ...]) -> NDArray[np.intp]:
         """Places (L,) of modes by their names; raises ValueError if one is not there."""
+        missing = [name for name in label if name not in self.label]
+        if missing:
+            raise ValueError(f"the larger model has no mode {', '.join(missing)}")
         return np.array([self.label.index(name) for name in label], dtype=np.intp)
 
 

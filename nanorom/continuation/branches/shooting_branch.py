@@ -98,7 +98,7 @@ class Takeover:
         direction = self._unknowns(nodes, last.omega) - self._unknowns(earlier, before.omega)
         try:
             here = self._correct(nodes, last.omega, direction)
-        except ContinuationError:
+        except ContinuationError:  # nor by shooting: it ends where its harmonics did
             return [], [], "harmonics"
         points: list[Point] = []
         special: list[Special] = []
