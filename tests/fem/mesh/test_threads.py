@@ -1,4 +1,4 @@
-"""gmsh where it did not expect to be: outside the main thread, and in a process with its own Ctrl-C."""
+"""gmsh where it did not expect to be: outside the main thread, and beside a Ctrl-C of others."""
 
 import subprocess
 import sys
