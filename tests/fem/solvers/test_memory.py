@@ -5,6 +5,7 @@ from mpi4py import MPI
 
 from nanorom.errors import AccuracyWarning, SolverError
 from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.routes import plate as route
 from nanorom.fem.solvers import groups
 from tests.fem.routes.test_sides import CCCF, film
 
@@ -47,13 +48,20 @@ def test_a_machine_without_limits_leaves_everything(tmp_path):
 
 
 def test_a_mesh_that_fills_the_memory_is_told_and_the_best_before_it_kept(monkeypatch):
-    """Asked for more digits than the first mesh has, with no memory for the second."""
-    scene = film("cccf", 0.8, tolerance=1e-11, count=1)
+    """There is none left for the second."""
+    scene, solve = film("cccf", 0.8, tolerance=1e-3, count=1), route.solve
+
+    def rough(*given):
+        solution = solve(*given)
+        solution.diagnostics["error_tensor"] = 2e-3
+        return solution
+
     left = iter([1e12, 1e6])
     monkeypatch.setattr(groups, "memory", lambda comm: next(left))
+    monkeypatch.setattr(route, "solve", rough)
     with pytest.warns(AccuracyWarning, match="GB of memory are left"):
         model = reduce_scene(scene)
-    assert model.frequency == pytest.approx(CCCF[:1], rel=2e-8)
+    assert model.frequency == pytest.approx(CCCF[:1], rel=1e-3)
 
 
 def test_memory_that_is_not_known_binds_nothing(monkeypatch):
