@@ -12,7 +12,8 @@ import logging
 import signal
 import threading
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -21,7 +22,7 @@ import cffi
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import fem, jit
 from dolfinx.fem import forms as _forms
 from dolfinx.fem import petsc as _petsc
 from mpi4py import MPI
@@ -44,6 +45,7 @@ if threading.current_thread() is threading.main_thread():
 
 _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
+_JIT = "jit_options" if "jit_options" in inspect.signature(fem.form).parameters else "jit_params"
 
 
 @lru_cache(maxsize=32)
@@ -185,16 +187,16 @@ def form(expression: Any) -> Any:
 
     Collective.
     """
-    with compiler.at_work():
-        return fem.form(expression, **_jit_keywords())
+    options = _jit_options()
+    root = expression.ufl_domain().ufl_cargo().comm.rank == 0  # compiles, and the others read
+    make = partial(fem.form, expression, **{_JIT: options})
+    return compiler.run(make, Path(options["cache_dir"]), root)
 
 
 @lru_cache
-def _jit_keywords() -> dict[str, Any]:
-    options = {"cffi_extra_compile_args": compiler.options()}
-    parameters = inspect.signature(fem.form).parameters
-    key = "jit_options" if "jit_options" in parameters else "jit_params"
-    return {key: options}
+def _jit_options() -> dict[str, Any]:
+    defaults = (getattr(jit, "get_options", None) or jit.get_parameters)()
+    return {"cache_dir": defaults["cache_dir"], "cffi_extra_compile_args": compiler.options()}
 
 
 @attrs.frozen(eq=False)
