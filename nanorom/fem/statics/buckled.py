@@ -53,7 +53,7 @@ def _settled(film: Film, problem: StaticProblem, load_on: LoadOn, sign: float) -
     for point in path.load_steps(rising, [float(m) for m in magnitudes]):
         try:
             problem.solve(point.magnitude, point.values)
-        except SolverError:
+        except SolverError:  # the next load, larger, leaves less to the compression
             continue
         problem.factorise()
         if problem.negative_pivots() == 0:

@@ -123,7 +123,7 @@ def _buckled(film: Film, problem: StaticProblem, load_on: buckled.LoadOn) -> np.
     before = problem.free_values()
     try:
         state, other = buckled.states(film, problem, load_on)
-    except SolverError:
+    except SolverError:  # its modes tell that it is not stable
         problem.set_state(before, 1.0)
         return None
     if other is None:
