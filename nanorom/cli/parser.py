@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,8 +19,11 @@ class Command(NamedTuple):
     options: Callable[[argparse.ArgumentParser], None]
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """The parser of all commands; ``command`` of what it parses runs the one that was given."""
+def build_parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """The parser of all commands; ``command`` of what it parses runs the one that was given.
+
+    arguments : what it is for, if known; commands that are not among them get no options then.
+    """
     parser = argparse.ArgumentParser(
         prog="nanorom",
         description="Reduced-order models of nanomechanical resonators from first principles.",
@@ -32,7 +35,8 @@ def build_parser() -> argparse.ArgumentParser:
     for name, (run, text, options) in COMMANDS.items():
         command = verbs.add_parser(name, parents=[shared], help=text, description=text)
         command.set_defaults(command=run)
-        options(command)
+        if arguments is None or name in arguments:
+            options(command)
     return parser
 
 

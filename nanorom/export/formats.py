@@ -5,11 +5,10 @@ Writers are "module:function", loaded when they are needed (`nanorom.files.store
 
 from __future__ import annotations
 
-import attrs
+from typing import NamedTuple
 
 
-@attrs.frozen
-class Format:
+class Format(NamedTuple):
     """What a format takes, and its writers.
 
     suffix: usual one of its files or folders
