@@ -10,8 +10,7 @@ import numpy as np
 from nanorom.continuation.curves.critical_curve import CriticalCurve
 from nanorom.continuation.curves.curve import Point
 from nanorom.continuation.diagrams.diagram import SpecialPoint
-from nanorom.continuation.orbits.bifurcations import KINDS, TORUS
-from nanorom.continuation.orbits.conditions import REAL
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.orbit import PeriodicOrbit, orbit_amplitudes
 from nanorom.continuation.scaled import ScaledSystem
@@ -122,7 +121,8 @@ def _check_level(level: tuple[float, float], start: float) -> None:
 def _scaled(point: SpecialPoint, unit: ScaledSystem, level: float) -> Point:
     """The point that a curve starts from."""
     rate = point.omega / unit.frequency / point.period_multiple
-    return Point(unit.inner(point.coefficients), rate, level, _second_frequency(point))
+    more = KINDS[point.type].condition.second_frequency(point.multipliers)
+    return Point(unit.inner(point.coefficients), rate, level, more)
 
 
 def _result(
@@ -144,15 +144,6 @@ def _result(
         period_multiple=point.period_multiple,
         coefficients=coefficients,
     )
-
-
-def _second_frequency(point: SpecialPoint) -> tuple[float, ...]:
-    """Of the torus that a Neimark-Sacker point sheds, by the rate of the orbit; none of others."""
-    if KINDS[point.type] is not TORUS:
-        return ()
-    pairs = point.multipliers[point.multipliers.imag > REAL]
-    critical = pairs[np.abs(np.abs(pairs) - 1).argmin()]
-    return (float(np.angle(critical) / (2 * np.pi)),)
 
 
 def _parameter(
