@@ -215,7 +215,7 @@ class _Follower:
             try:
                 place, _ = self._correct(before.x + middle * before.tangent, before.tangent)
             except (ModelError, np.linalg.LinAlgError):
-                break
+                break  # as near as it can be located, at a branch point say
             if place.unstable == before.unstable:
                 low = middle, place
             else:
@@ -243,7 +243,7 @@ class _Follower:
             try:
                 begun, _ = self._correct(place.x + sign * STEP_OFF * across, sign * across)
             except (ModelError, np.linalg.LinAlgError):
-                continue
+                continue  # nothing branches off to this side
             found.append(begun)
         return found
 
