@@ -90,7 +90,7 @@ class Reduced:
             try:
                 z, found = self._at(size, guess * size)
             except ModelError:
-                break
+                break  # where the expansion ends
             x = float(found.largest[self.coordinates[0]])
             if not (x > largest[-1] and found.rate > 0):
                 break
