@@ -16,16 +16,14 @@ from nanorom.rom.manifold.forces import PolynomialForces
 from nanorom.rom.manifold.monomials import Index, Monomials
 from nanorom.types import Array
 
-# powers of the units of displacement and 1/time that arrays are divided by, over the mass
-UNITS = {
-    "damping": (0, 1),
-    "stiffness": (0, 2),
-    "quadratic": (-1, 2),
-    "cubic": (-2, 2),
-    "cubic_damping": (-2, 1),
-    "direct": (1, 2),
-    "parametric": (0, 2),
-}
+UNITS = "units"  # key of a field's metadata
+
+
+def _scaled(displacement: int, time: int) -> Any:
+    """A field that is divided by the mass and these powers of the units of displacement and
+    1/time.
+    """
+    return attrs.field(metadata={UNITS: (displacement, time)})
 
 
 @attrs.frozen(eq=False, slots=False)
@@ -38,25 +36,24 @@ class Equations:
 
     frequency: float
     amplitude: float
-    mass: Array
-    damping: Array
-    stiffness: Array
-    quadratic: Array
-    cubic: Array
-    cubic_damping: Array
-    direct: Array
-    parametric: Array
     basis: Basis
+    mass: Array
+    damping: Array = _scaled(0, 1)
+    stiffness: Array = _scaled(0, 2)
+    quadratic: Array = _scaled(-1, 2)
+    cubic: Array = _scaled(-2, 2)
+    cubic_damping: Array = _scaled(-2, 1)
+    direct: Array = _scaled(1, 2)
+    parametric: Array = _scaled(0, 2)
 
     @classmethod
     def of(cls, arrays: dict[str, Array], frequency: float, amplitude: float) -> Equations:
         """From arrays of a system in any units; raises ModelError for modes that do not do."""
         mass = float(arrays["mass"][0, 0])
-        own = {
-            name: arrays[name] / (mass * amplitude**x * frequency**t)
-            for name, (x, t) in UNITS.items()
-        }
-        own["mass"] = arrays["mass"] / mass
+        own = {"mass": arrays["mass"] / mass}
+        for name in SCALED:
+            x, t = getattr(attrs.fields(cls), name).metadata[UNITS]
+            own[name] = arrays[name] / (mass * amplitude**x * frequency**t)
         own["cubic"] = tensors.symmetrise(own["cubic"])
         linear = basis(own["mass"], own["damping"], own["stiffness"])
         return cls(frequency, amplitude, basis=linear, **own)
@@ -70,6 +67,16 @@ class Equations:
             cubic_damping=zero(self.cubic_damping),
             basis=basis(self.mass, zero(self.damping), self.stiffness),
         )
+
+    def of_modes(self, places: Index) -> Equations:
+        """The same of some modes alone, as if the others were held."""
+        own: dict[str, Array] = {}
+        for field in attrs.fields(type(self)):
+            array = getattr(self, field.name)
+            if isinstance(array, np.ndarray):
+                own[field.name] = array[np.ix_(*(places,) * array.ndim)]
+        linear = basis(own["mass"], own["damping"], own["stiffness"])
+        return Equations(self.frequency, self.amplitude, basis=linear, **own)
 
     @property
     def size(self) -> int:
@@ -106,6 +113,9 @@ class Equations:
         return found[0], found[1], found[2]
 
 
+SCALED = tuple(field.name for field in attrs.fields(Equations) if UNITS in field.metadata)
+
+
 def equations_of(
     model: Any, masters: Sequence[int | str], direct: str | None, parametric: str | None
 ) -> tuple[Equations, Index, tuple[str, ...]]:
@@ -136,11 +146,11 @@ def equations_of(
 
 def _of_model(model: Any, direct: str | None, parametric: str | None) -> dict[str, Array]:
     """Arrays of a ReducedModel; of drives, those of the names or its first ones."""
-    arrays = {name: getattr(model, name) for name in ("damping", "stiffness", "quadratic")}
+    arrays = {name: getattr(model, name) for name in SCALED if hasattr(model, name)}
     arrays["mass"] = np.diag(model.mass)
     arrays["cubic"] = model.cubic_of(True)
-    loss = model.cubic_damping
-    arrays["cubic_damping"] = np.zeros_like(model.cubic) if loss is None else loss
+    if model.cubic_damping is None:
+        arrays["cubic_damping"] = np.zeros_like(model.cubic)
     direct = direct or next(iter(model.drive), None)
     parametric = parametric or next(iter(model.parametric), None)
     zero = np.zeros(model.size), np.zeros((model.size, model.size))
@@ -160,8 +170,7 @@ def _of_system(system: Any) -> dict[str, Array]:
             "manifold: found states of first order or drives of other harmonics; allowed: a system "
             "without (condensed() lets states follow at once)"
         )
-    names = ("mass", "damping", "stiffness", "quadratic", "cubic", "cubic_damping")
-    return {name: getattr(system, name) for name in (*names, "direct", "parametric")}
+    return {name: getattr(system, name) for name in ("mass", *SCALED)}
 
 
 def _by_frequency(linear: Basis, master: int | str) -> int:

@@ -232,18 +232,7 @@ def manifold(
     if not LOWEST_ORDER <= order <= HIGHEST_ORDER:
         raise ModelError(f"order: found {order}; allowed: {LOWEST_ORDER} to {HIGHEST_ORDER}")
     equations, places, label = equations_of(model, masters, direct, parametric)
-    monomials = comb(2 * len(places) + order, order)
-    if monomials > MOST_MONOMIALS:
-        raise ModelError(
-            f"order: found {order} of {len(places)} masters, {monomials} monomials; allowed: up to "
-            f"{MOST_MONOMIALS}"
-        )
-    doubles = 2 * monomials * equations.size**2
-    if doubles > MOST_DOUBLES:
-        raise ModelError(
-            f"order: found {order} of {len(places)} masters and {equations.size} modes, which "
-            f"needs {8e-9 * doubles:.0f} GB; allowed: up to {8e-9 * MOST_DOUBLES:.1f} GB"
-        )
+    _check_size(len(places), equations.size, order)
     shapes = equations.basis.shapes[:, places]
     return Reduced(
         masters=places,
@@ -255,6 +244,22 @@ def manifold(
         expansion=expand(equations, places, order, style),
         tolerance=tolerance,
     )
+
+
+def _check_size(masters: int, modes: int, order: int) -> None:
+    """Raise ModelError where the polynomials would need too much time or memory."""
+    monomials = comb(2 * masters + order, order)
+    if monomials > MOST_MONOMIALS:
+        raise ModelError(
+            f"order: found {order} of {masters} masters, {monomials} monomials; allowed: up to "
+            f"{MOST_MONOMIALS}"
+        )
+    doubles = 2 * monomials * modes**2
+    if doubles > MOST_DOUBLES:
+        raise ModelError(
+            f"order: found {order} of {masters} masters and {modes} modes, which "
+            f"needs {8e-9 * doubles:.0f} GB; allowed: up to {8e-9 * MOST_DOUBLES:.1f} GB"
+        )
 
 
 def _reaching(

@@ -16,6 +16,7 @@ from nanorom.types import Array, Numbers
 if TYPE_CHECKING:
     from nanorom.rom.manifold.reduced import Reduced
 
+CROSSING = "BP"  # where another branch begins
 NEWTON, NEWTON_STEPS, EASY = 1e-11, 12, 4
 LEAST_STEP = 1e-9
 LOCATED = 60  # halvings of a step within which a point is located
@@ -144,7 +145,7 @@ class _Follower:
             ends.append(branch[-1])
             yield branch
             for kind, place in self.points[before:]:
-                if kind == "BP" and not any(_same(place, other) for other in seen):
+                if kind == CROSSING and not any(_same(place, other) for other in seen):
                     seen.append(place)
                     queue += [(other, 1.0) for other in self._others(place)]
 
@@ -225,7 +226,9 @@ class _Follower:
         place = high[1]
         critical = place.values[np.abs(place.values.real).argmin()]
         turns = low[1].tangent[-1] * high[1].tangent[-1] < 0 or abs(place.tangent[-1]) < 1e-5
-        kind = "NS" if abs(critical.imag) > OSCILLATES * place.x[-1] else "LP" if turns else "BP"
+        kind = (
+            "NS" if abs(critical.imag) > OSCILLATES * place.x[-1] else "LP" if turns else CROSSING
+        )
         if self.limits[0] <= place.x[-1] <= self.limits[1]:
             self.points.append((kind, place))
 
