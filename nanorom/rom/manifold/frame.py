@@ -27,8 +27,8 @@ class Frame:
     """The slow equations of y = (Re p, Im p) (2m,) at given levels of the drive.
 
     turns (m,): phases of the masters by the drive's; period: turns of the drive in one of the
-    motion; degree: of what the drive adds, in z; limits: of the frequency.  Raises ModelError where
-    a term of the dynamics does not turn with the others.
+    motion; degree: of what the drive adds, in z; limits: of the frequency; share: of the levels
+    that acts.  Raises ModelError where a term of the dynamics does not turn with the others.
     """
 
     equations: Equations
@@ -38,6 +38,7 @@ class Frame:
     levels: tuple[float, float]
     degree: int
     limits: tuple[float, float]
+    share: float = 1.0
     _added: Piecewise = attrs.field(init=False)
     _swap: list[int] = attrs.field(init=False)
 
@@ -72,7 +73,7 @@ class Frame:
         half = len(self.turns)
         both = []
         for added in self._added(omega):
-            both.append(added[:, :half] + added[self._swap, half : 2 * half].conj())
+            both.append(self.share * (added[:, :half] + added[self._swap, half : 2 * half].conj()))
         return self.expansion.dynamics[:, :half] + both[0], both[1]
 
     def equations_at(self, y: Array, omega: float) -> tuple[Array, Array, Array]:

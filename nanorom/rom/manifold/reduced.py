@@ -16,6 +16,7 @@ from nanorom.rom.manifold.equations import Equations, equations_of
 from nanorom.rom.manifold.invariance import NEAR, STYLES, Expansion, expand
 from nanorom.rom.manifold.monomials import Index
 from nanorom.rom.manifold.orbit import Motion, errors, free, motion
+from nanorom.rom.manifold.oscillators import Oscillators, oscillators
 from nanorom.rom.manifold.response import ManifoldResponse, response
 from nanorom.types import Array, Numbers
 
@@ -150,6 +151,13 @@ class Reduced:
         scaled = np.asarray(z, dtype=complex) / self.equations.amplitude
         both = np.concatenate([scaled, scaled.conj()], axis=-1)
         return self.expansion.monomials.values(both)
+
+    def system(self) -> Oscillators:
+        """The masters as oscillators, which `explore` and `sweep` take: x'' = P(x, x') with the
+        manifold of style "graph". Raises ModelError for orders above 7.
+        """
+        graph = expand(self.equations, self.masters, self.order, "graph")
+        return oscillators(self.equations, graph)
 
     def response(
         self,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 CROSSING = "BP"  # where another branch begins
 NEWTON, NEWTON_STEPS, EASY = 1e-11, 12, 4
 LEAST_STEP = 1e-9
+SMALLEST_RISE = 1e-3  # of the drive, at the ends of a range
 LOCATED = 60  # halvings of a step within which a point is located
 OSCILLATES = 1e-6  # imaginary part of an eigenvalue, by the drive frequency
 MOST_BRANCHES = 12
@@ -150,11 +151,26 @@ class _Follower:
                     queue += [(other, 1.0) for other in self._others(place)]
 
     def _first(self, end: int) -> Place:
+        """The motion at an end of the range, as the drive rises."""
         size = 2 * len(self.frame.turns)
         x = np.append(np.zeros(size), self.limits[end])
-        rate, by_y, _ = self.frame.equations_at(x[:-1], x[-1])
-        x[:-1] -= np.linalg.solve(by_y, rate)
-        return self._correct(x, np.eye(size + 1)[-1])[0]
+        share, step = 0.0, 1.0
+        while True:
+            self.frame.share = min(share + step, 1.0)
+            try:
+                place, count = self._correct(x, np.eye(size + 1)[-1])
+            except (ModelError, np.linalg.LinAlgError):
+                step /= 2
+                if step < SMALLEST_RISE:
+                    raise ModelError(
+                        f"omega: found no motion at its end {self.limits[end]:g} (by the first "
+                        "master's frequency); allowed: a wider range"
+                    ) from None
+                continue
+            if self.frame.share == 1.0:
+                return place
+            share, x = self.frame.share, place.x
+            step = step if count > EASY else 2 * step
 
     def _follow(self, place: Place, sign: float) -> Iterator[Place]:
         low, high = self.limits

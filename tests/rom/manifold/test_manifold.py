@@ -2,6 +2,7 @@
 
 from functools import partial
 
+import attrs
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -101,6 +102,22 @@ def test_a_parametric_drive_opens_its_tongue_where_it_does_in_the_whole_system()
     opened = [point.omega for point in found.points("BP")]
     # the drive is taken to first order in its level
     assert opened == pytest.approx(doublings[:2], abs=level**2 / 2)
+
+
+def test_explore_takes_the_masters_as_oscillators():
+    system = attrs.evolve(random_system(0, quadratic=0.3), direct=np.eye(4)[0])
+    reach, level = (0.9, 1.1), 0.0012
+    exact = explore(system, omega=reach, direct=level)
+    for order, within in ((3, 1e-3), (5, 1.5e-4), (7, 1e-4)):
+        reduced = nanorom.manifold(system, [1], order)
+        found = explore(reduced.system(), omega=reach, direct=level)
+        for own, known in zip(found.points("LP"), exact.points("LP"), strict=True):
+            assert own.omega == pytest.approx(known.omega, rel=within)
+            assert own.amplitude[0] == pytest.approx(known.amplitude[0], rel=30 * within)
+    two = nanorom.manifold(one_to_two(), [1, 2], 3)
+    known = [p.omega for p in two.response((0.9, 1.1), direct=0.01).points("NS")]
+    found = explore(two.system(), omega=(0.9, 1.1), direct=0.01).points("NS")
+    assert sorted(point.omega for point in found) == pytest.approx(known, rel=3e-4)
 
 
 def test_a_slave_in_resonance_is_named_with_the_remedy():
