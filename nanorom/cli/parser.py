@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nanorom.cli import commands
-from nanorom.export import formats
 
 
 class Command(NamedTuple):
@@ -112,6 +111,8 @@ def _respond(parser: argparse.ArgumentParser) -> None:
 
 
 def _export(parser: argparse.ArgumentParser) -> None:
+    from nanorom.export import formats
+
     parser.add_argument("model", type=Path, metavar="FILE", help="rom.h5 or response.h5")
     parser.add_argument(
         "--to",
