@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import nanorom
+from nanorom import Material, Modes, Plate, Scene, String, Support, Tension
 from nanorom.continuation import backbone, explore
-from nanorom.errors import ModelError
+from nanorom.errors import AccuracyWarning, ModelError
 from nanorom.rom.manifold.invariance import STYLES
 from tests.rom.manifold.systems import one_to_two, random_system, rest
 
@@ -102,6 +103,34 @@ def test_a_parametric_drive_opens_its_tongue_where_it_does_in_the_whole_system()
     opened = [point.omega for point in found.points("BP")]
     # the drive is taken to first order in its level
     assert opened == pytest.approx(doublings[:2], abs=level**2 / 2)
+
+
+def test_a_clamped_beam_stiffens_as_published_for_order_three_and_as_all_its_modes_do():
+    scene = Scene(
+        geometry=String(1e-3, 24e-6),
+        plate=Plate(1e-5, model="beam"),
+        material=Material(160e9, 0.22, 2320),
+        tension=Tension(0, 0),
+        support=Support({"left": "clamped", "right": "clamped"}),
+        modes=Modes(count=6),
+    )
+    with pytest.warns(AccuracyWarning, match="in-plane"):
+        model = nanorom.reduce(scene)
+    centre = np.abs(model.shapes.points[:, 0]).argmin()
+    shape, at = model.shapes.values[:, centre], 0.25756e-5
+    found = []
+    for order in (3, 7):
+        reduced, q = nanorom.manifold(model, [1], order), at
+        for _ in range(8):
+            motion = reduced.motions([q])[0]
+            q *= at / (np.abs(motion.q @ shape).max() * reduced.equations.amplitude)
+        found.append(reduced.backbone([q])[0][0] / (2 * np.pi * model.frequency[0]))
+    # of solid elements; MORFE and SSMTool, order 3
+    assert found[0] == pytest.approx(1.018217, abs=1e-5)
+    exact = backbone(model.system(damped=False), 0, amplitude=1.3 * at, tolerance=1e-11)
+    reached = [np.abs(o.time_series(256, 1)[1] @ shape).max() for o in exact.orbits]
+    known = CubicSpline(reached, exact.omega)(at) / (2 * np.pi * model.frequency[0])
+    assert found[1] == pytest.approx(known, abs=WITHIN / 10)
 
 
 def test_explore_takes_the_masters_as_oscillators():
