@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from nanorom.rom.shapes import Shapes
     from nanorom.scene.drive import Drive
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
-    from nanorom.scene.film import Material, Plate, Tension
+    from nanorom.scene.film import Gas, Material, Plate, Tension
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
     from nanorom.scene.load import Load
+    from nanorom.scene.mass import AddedMass
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
@@ -47,6 +48,7 @@ _HOMES = {
         "Sweep",
     ),
     "scene.film": (
+        "Gas",
         "Material",
         "Plate",
         "Tension",
@@ -58,6 +60,7 @@ _HOMES = {
         "String",
     ),
     "scene.load": ("Load",),
+    "scene.mass": ("AddedMass",),
     "scene.scene": (
         "Accuracy",
         "Modes",
@@ -83,12 +86,14 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Accuracy",
+    "AddedMass",
     "Damping",
     "Disc",
     "Drive",
     "Edge",
     "Excitation",
     "Frequency",
+    "Gas",
     "Harmonic",
     "Load",
     "LoadCurve",

@@ -30,15 +30,16 @@ class Mirrors:
 
     @classmethod
     def of(cls, scene: Scene) -> Mirrors:
-        """Mirrors of a scene: tensions along the axes have both, shape and supports decide."""
+        """Mirrors of a scene: tensions along the axes have both; shape, supports, masses decide."""
         if scene.tension.xy:
             return cls()
+        on = [a for i, a in enumerate(AXES) if all(m.position[i] == 0 for m in scene.masses)]
         if isinstance(scene.geometry, Disc):
-            return cls(AXES)
+            return cls(AXES if len(on) == len(AXES) else ())  # its mesh has a quarter or all of it
         if not isinstance(scene.geometry, Rectangle):
             return cls()
         kinds = scene.supports
-        return cls(tuple(a for a in AXES if kinds[OPPOSITE[a][0]] == kinds[OPPOSITE[a][1]]))
+        return cls(tuple(a for a in on if kinds[OPPOSITE[a][0]] == kinds[OPPOSITE[a][1]]))
 
     @property
     def classes(self) -> list[Parity]:
@@ -72,8 +73,9 @@ class Mirrors:
 
 
 def is_symmetric(scene: Scene) -> bool:
-    """The static state has every mirror that the flat film has."""
+    """The film and its static state have every mirror that its shape has."""
     centred = scene.load is None or scene.load.centred
+    centred = centred and all(mass.centred for mass in scene.masses)
     return centred and scene.plate.initial_shape is None
 
 

@@ -65,6 +65,11 @@ class Larger:
         factory=dict,
         metadata=family("N, N", "N/m per unit of the level", "force patterns P"),
     )
+    losses: dict[str, Array] = attrs.field(
+        converter=as_arrays,
+        factory=dict,
+        metadata=family("N", "1", "1/Q by what takes energy", optional=True),
+    )
     bending: Array | None = attrs.field(
         converter=as_optional,
         default=None,
@@ -128,6 +133,8 @@ def extended(damping: Damping, places: NDArray[np.intp], count: int) -> Damping:
 
     places (L,): of the model's modes among them.
     """
+    if damping.quality_factor is None:
+        return damping
     given = damping.per_mode(len(places))
     quality = np.full(count, given[-1])
     quality[places] = given

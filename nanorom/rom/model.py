@@ -109,6 +109,9 @@ class ReducedModel:
         factory=dict,
         metadata=family("L, L", "N/m per unit of the level", "force patterns P: tension, ..."),
     )
+    losses: dict[str, Array] = attrs.field(
+        converter=as_arrays, factory=dict, metadata=family("L", "1", "1/Q by cause", optional=True)
+    )
     shapes: Shapes | None = attrs.field(default=None, metadata=part(Shapes))
     larger: Larger | None = attrs.field(default=None, metadata=part(Larger))
     bending: Array | None = attrs.field(
@@ -298,13 +301,13 @@ class ReducedModel:
         return names.index(mode)
 
     def with_damping(self, damping: Damping) -> ReducedModel:
-        """The model with C = diag(m_r omega_r / Q_r) + tau K_bending and D = tau S.
+        """The model with C = diag(m_r omega_r (1/Q_r + losses)) + tau K_bending and D = tau S.
 
-        Raises ModelError for a viscous material if the model does not know its bending and
-        stretching (S) apart.
+        Raises ModelError for a viscous material whose bending and stretching S are not known apart.
         """
-        quality, time = np.array(damping.per_mode(self.size)), damping.material_time
-        linear = np.diag(self.mass * 2 * np.pi * self.frequency / quality)
+        inverse = 1 / np.array(damping.per_mode(self.size)) + sum(self.losses.values())
+        linear = np.diag(self.mass * 2 * np.pi * self.frequency * inverse)
+        time = damping.material_time
         if time == 0:
             return attrs.evolve(self, damping=linear, cubic_damping=None)
         if self.bending is None or self.stretching is None:

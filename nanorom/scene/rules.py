@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
+from nanorom.scene.geometry import MeshFile
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
 
@@ -26,6 +27,8 @@ def check_film(scene: Scene) -> None:
         raise SceneError(
             f"tension: found {found} N/m; allowed: greater than 0 in every direction for a {model}"
         )
+    _check_losses(scene)
+    _check_masses(scene)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
@@ -51,6 +54,38 @@ def check_film(scene: Scene) -> None:
             f"support.rotational: found beside plate.model = {model}, which has no bending "
             "stiffness to turn it; allowed: a transverse spring"
         )
+
+
+def _check_losses(scene: Scene) -> None:
+    """Losses of what a model of the film does not tell."""
+    model, rules = scene.plate.model, scene.plate.rules
+    told = {
+        "material.loss": (scene.material.loss > 0, rules.shallow and rules.bends is not False),
+        "material.expansion": (scene.material.thermal, rules.shallow),
+        "gas": (scene.gas is not None, rules.shallow),
+    }
+    for key, (given, allowed) in told.items():
+        if given and not allowed:
+            raise SceneError(f"{key}: found beside plate.model = {model}; allowed: plate or beam")
+
+
+def _check_masses(scene: Scene) -> None:
+    """Masses that are not on the film, or on one that does not bear them."""
+    model, rules, geometry = scene.plate.model, scene.plate.rules, scene.geometry
+    for mass in scene.masses:
+        if not (rules.planar and rules.shallow):
+            raise SceneError(f"mass: found beside plate.model = {model}; allowed: plate, membrane")
+        if mass.radius == 0 and rules.bends is False:
+            raise SceneError(
+                f"mass.radius: found 0 beside plate.model = {model}, which does not bear a point "
+                "mass; allowed: greater than 0, or plate.model = plate"
+            )
+        if not isinstance(geometry, MeshFile) and not geometry.holds(mass.position, mass.radius):
+            x, y = mass.position
+            raise SceneError(
+                f"mass.position: found ({x:g}, {y:g}) m with radius {mass.radius:g} m; allowed: on "
+                f"the {geometry.shape}"
+            )
 
 
 def _check_free(scene: Scene, in_plane: bool) -> None:

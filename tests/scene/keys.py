@@ -10,9 +10,10 @@ import attrs
 
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Gas, Material, Plate, Tension
 from nanorom.scene.geometry import SHAPES
 from nanorom.scene.load import Load
+from nanorom.scene.mass import AddedMass
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
@@ -30,7 +31,9 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,
+    "mass": AddedMass,
     "load": Load,
+    "gas": Gas,
     "damping": Damping,
     "drive": Drive,
     "drive, harmonics": Harmonic,

@@ -11,6 +11,7 @@ from mpi4py import MPI
 from nanorom.errors import SceneError
 from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation
+from nanorom.fem.models.added_mass import PointMass
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.scales import Scales
@@ -75,6 +76,14 @@ def build_plate(
             side: kind if isinstance(kind, str) else "free" for side, kind in in_plane.items()
         },
         solvers=Solvers(scene.reduction.solver),
+        masses=[
+            PointMass(
+                mass.value / scales.mass,
+                (mass.position[0] / scales.length, mass.position[1] / scales.length),
+                mass.radius / scales.length,
+            )
+            for mass in scene.masses
+        ],
     )
 
 

@@ -29,6 +29,7 @@ from ufl.geometry import FacetJacobianDeterminant
 
 from nanorom.fem.fields.holding import Holding
 from nanorom.fem.mesh.mesh import Domain
+from nanorom.fem.models.added_mass import PointMass
 from nanorom.fem.models.edges import Constants, Edges
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.solvers import compat, forms
@@ -60,7 +61,7 @@ class Plate:
     and where w_n = 0; holding : where and how supports hold u; deflections, in_plane : spaces of w
     and u; w, u : functions that forms are written in, whose values belong to who assembles; edges :
     integration over them; solvers : make what solves on the degrees of freedom; stiffness, state :
-    what the forms are made for.
+    what the forms are made for; masses : added to that of the film.
     """
 
     domain: Domain
@@ -78,6 +79,7 @@ class Plate:
     solvers: Solvers
     stiffness: Stiffness
     state: State
+    masses: Sequence[PointMass] = ()
     _constants: Constants = attrs.field(init=False)
 
     @_constants.default
@@ -97,6 +99,7 @@ class Plate:
         mirrors: Mirrors | None = None,
         solvers: Solvers | None = None,
         in_plane: Mapping[str, str] | None = None,
+        masses: Sequence[PointMass] = (),
     ) -> Plate:
         """The plate on a domain. Collective.
 
@@ -130,6 +133,7 @@ class Plate:
             solvers=solvers or Solvers(),
             stiffness=stiffness,
             state=state or State(),
+            masses=masses,
         )
 
     def about(self, state: State) -> Plate:

@@ -23,7 +23,8 @@ class Parts:
     frequency (L,) Hz; mass (L,) kg; label: L names; stiffness (L, L) N/m; quadratic (L, L, L)
     N/m^2; cubic and outside_cubic (L, L, L, L) N/m^3; area (L,) m^2, int phi dA; slope (L, L),
     int grad phi . grad phi dA; aimed: further direct patterns (L,) by name; viscous: parts of the
-    force that a viscous material damps, by their names in the model; method: of the tensors.
+    force that a viscous material damps, by their names in the model; losses: 1/Q (L,) by what takes
+    energy; method: of the tensors.
     """
 
     frequency: np.ndarray
@@ -42,6 +43,7 @@ class Parts:
     aimed: dict[str, np.ndarray] = attrs.field(factory=dict)
     static: dict[str, np.ndarray] = attrs.field(factory=dict)
     viscous: dict[str, np.ndarray] = attrs.field(factory=dict)
+    losses: dict[str, np.ndarray] = attrs.field(factory=dict)
 
 
 def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
@@ -59,6 +61,7 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
         outside_cubic=parts.outside_cubic,
         drive=direct | parts.aimed,
         parametric=parametric,
+        losses=parts.losses,
         shapes=parts.shapes,
         static=parts.static,
         diagnostics=parts.diagnostics | told,

@@ -8,7 +8,9 @@ import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
+from nanorom.fem.modes import bending
 from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.output import losses
 from nanorom.fem.output.model import ModalProducts
 from nanorom.fem.scales import Scales
 from nanorom.fem.statics import state
@@ -133,6 +135,29 @@ def loaded_tensors(
         found["amplitude"] = amplitude
     quadratic = scales.tension / units.deflection * quadratic
     return quadratic, scales.cubic * cubic, found
+
+
+def lost(
+    scene: Scene, scales: Scales, modes: Modes, products: ModalProducts, stretching: np.ndarray
+) -> dict[str, np.ndarray]:
+    """1/Q (L,) of each mode by what takes energy, if the scene has any loss. Collective.
+
+    stretching: (L, L) that the film's state adds to the modes' stiffness, scaled.
+    """
+    if not scene.lossy:
+        return {}
+    nu = scene.material.poisson_ratio
+    strained = bending.stiffness(modes) + stretching
+    dilated = bending.stiffness(modes, 1.0) * (1 + nu) / (1 - nu)
+    motion = losses.Motion(
+        frequency=scales.frequency(modes.eigenvalues),
+        stiffness=scales.tension * np.diag(products.stiffness + stretching),
+        strained=scales.tension * np.diag(strained),
+        dilated=scales.tension * np.diag(dilated),
+        mass=scales.mass * products.mass,
+        square=scales.length**2 * modes.squares(),
+    )
+    return losses.losses(scene, motion)
 
 
 def viscous(

@@ -24,7 +24,7 @@ from nanorom.fem.output import drawing, patterns
 from nanorom.fem.output.model import Parts, modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
-from nanorom.fem.routes.methods import Force, force_of, viscous
+from nanorom.fem.routes.methods import Force, force_of, lost, viscous
 from nanorom.fem.routes.route import Route, step_cases
 from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
 from nanorom.fem.scales import Scales
@@ -336,6 +336,7 @@ class PlateRoute(Route):
             shapes=Shapes(points * scales.length, cells, values),
             static=static,
             viscous=viscous(scene, scales, modes, products),
+            losses=lost(scene, scales, modes, products, force.stretching),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
             diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),
