@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from nanorom.rom.shapes import Shapes
     from nanorom.scene.drive import Drive
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
-    from nanorom.scene.film import Gas, Material, Plate, Tension
+    from nanorom.scene.film import Plate, Tension
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
     from nanorom.scene.load import Load
     from nanorom.scene.mass import AddedMass
+    from nanorom.scene.material import Gas, Material
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
@@ -47,12 +48,7 @@ _HOMES = {
         "Frequency",
         "Sweep",
     ),
-    "scene.film": (
-        "Gas",
-        "Material",
-        "Plate",
-        "Tension",
-    ),
+    "scene.film": ("Plate", "Tension"),
     "scene.geometry": (
         "Disc",
         "MeshFile",
@@ -61,6 +57,7 @@ _HOMES = {
     ),
     "scene.load": ("Load",),
     "scene.mass": ("AddedMass",),
+    "scene.material": ("Gas", "Material"),
     "scene.scene": (
         "Accuracy",
         "Modes",

@@ -13,6 +13,7 @@ from itertools import product
 import attrs
 import numpy as np
 
+from nanorom.scene import elasticity
 from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.scene import Scene
 
@@ -31,7 +32,7 @@ class Mirrors:
     @classmethod
     def of(cls, scene: Scene) -> Mirrors:
         """Mirrors of a scene: tensions along the axes have both; shape, supports, masses decide."""
-        if scene.tension.xy:
+        if scene.tension.xy or not elasticity.is_aligned(scene.material.law):
             return cls()
         on = [a for i, a in enumerate(AXES) if all(m.position[i] == 0 for m in scene.masses)]
         if isinstance(scene.geometry, Disc):
@@ -82,6 +83,7 @@ def is_symmetric(scene: Scene) -> bool:
 def is_of_revolution(scene: Scene) -> bool:
     """Every turn of the film about its centre leaves it and its static state as they are."""
     round_ = isinstance(scene.geometry, Disc) and scene.tension.is_isotropic
+    round_ = round_ and not scene.material.crystalline
     return round_ and is_symmetric(scene)
 
 
@@ -92,6 +94,7 @@ def is_square(scene: Scene) -> bool:
         isinstance(geometry, Rectangle)
         and geometry.length == geometry.width
         and tension.x == tension.y
+        and elasticity.is_square(scene.material.law)
         and len(set(scene.supports.values())) == 1
         and is_symmetric(scene)
     )

@@ -1,4 +1,4 @@
-"""The film: thickness, material, tension and how its edge is held."""
+"""The film: thickness, model, shape and tension."""
 
 from __future__ import annotations
 
@@ -93,101 +93,6 @@ class Plate:
     def rules(self) -> Model:
         """What the model means for the rest of a scene."""
         return MODELS[self.model]
-
-
-@attrs.frozen(field_transformer=v.readers)
-class Material:
-    """Isotropic linear elastic material, and what it makes of motion and heat.
-
-    youngs_modulus in Pa, poisson_ratio, density in kg/m^3; loss : E''/E' of the complex modulus.
-    With expansion (1/K), conductivity (W/m/K) and specific_heat (J/kg/K), all or none of them, bent
-    films lose energy to heat that flows through their thickness, at a temperature in K.
-    Raises SceneError.
-    """
-
-    youngs_modulus: float = attrs.field(
-        converter=v.as_quantity,
-        metadata=v.quantity("material.youngs_modulus", "Pa", about="Young's modulus E"),
-    )
-    poisson_ratio: float = attrs.field(
-        converter=v.as_quantity,
-        metadata=v.quantity(
-            "material.poisson_ratio", "1", v.within(-1, 0.5), about="Poisson's ratio"
-        ),
-    )
-    density: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("material.density", "kg/m^3", about="density")
-    )
-    loss: float = attrs.field(
-        default=0.0,
-        converter=v.as_quantity,
-        metadata=v.quantity(
-            "material.loss",
-            "1",
-            ("0 or more and less than 1", lambda x: 0 <= x < 1),
-            about="E''/E' of the complex modulus: what a mode loses of its bending energy",
-        ),
-    )
-    expansion: float | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantity,
-        metadata=v.quantity(
-            "material.expansion", "1/K", v.ANY, about="linear thermal expansion alpha"
-        ),
-    )
-    conductivity: float | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantity,
-        metadata=v.quantity("material.conductivity", "W/m/K", about="thermal conductivity"),
-    )
-    specific_heat: float | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantity,
-        metadata=v.quantity("material.specific_heat", "J/kg/K", about="specific heat capacity"),
-    )
-    temperature: float = attrs.field(
-        default=293.0,
-        converter=v.as_quantity,
-        metadata=v.quantity("material.temperature", "K", about="of the film at rest"),
-    )
-
-    def __attrs_post_init__(self) -> None:
-        known = [getattr(self, name) is not None for name in THERMAL]
-        if any(known) and not all(known):
-            missing = THERMAL[known.index(False)]
-            raise SceneError(f"material.{missing}: missing; allowed: all of {', '.join(THERMAL)}")
-
-    @property
-    def thermal(self) -> bool:
-        """What heat does in it is known."""
-        return self.expansion is not None
-
-    @property
-    def lossy(self) -> bool:
-        """It takes energy out of a film that bends."""
-        return self.loss > 0 or self.thermal
-
-
-THERMAL = ("expansion", "conductivity", "specific_heat")  # keys that are given together
-
-
-@attrs.frozen(field_transformer=v.readers)
-class Gas:
-    """Rarefied gas on both sides of the film: pressure in Pa, temperature in K, molar_mass."""
-
-    pressure: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("gas.pressure", "Pa", about="of the gas")
-    )
-    temperature: float = attrs.field(
-        default=293.0,
-        converter=v.as_quantity,
-        metadata=v.quantity("gas.temperature", "K", about="of the gas"),
-    )
-    molar_mass: float = attrs.field(
-        default=28.96e-3,
-        converter=v.as_quantity,
-        metadata=v.quantity("gas.molar_mass", "kg/mol", about="of the gas; that of air"),
-    )
 
 
 @attrs.frozen(field_transformer=v.readers)

@@ -27,7 +27,7 @@ def check_film(scene: Scene) -> None:
         raise SceneError(
             f"tension: found {found} N/m; allowed: greater than 0 in every direction for a {model}"
         )
-    _check_losses(scene)
+    _check_material(scene)
     _check_masses(scene)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
@@ -56,17 +56,21 @@ def check_film(scene: Scene) -> None:
         )
 
 
-def _check_losses(scene: Scene) -> None:
-    """Losses of what a model of the film does not tell."""
+def _check_material(scene: Scene) -> None:
+    """What a model of the film does not know of a material."""
     model, rules = scene.plate.model, scene.plate.rules
+    material = scene.material
+    bends = rules.bends is not False
     told = {
-        "material.loss": (scene.material.loss > 0, rules.shallow and rules.bends is not False),
-        "material.expansion": (scene.material.thermal, rules.shallow),
-        "gas": (scene.gas is not None, rules.shallow),
+        "material.shear_modulus": (material.crystalline, rules.planar, "plate or membrane"),
+        "material.bending": (material.bending is not None, rules.planar and bends, "plate"),
+        "material.loss": (material.loss > 0, rules.shallow and bends, "plate or beam"),
+        "material.expansion": (material.thermal, rules.shallow, "any other"),
+        "gas": (scene.gas is not None, rules.shallow, "any other"),
     }
-    for key, (given, allowed) in told.items():
-        if given and not allowed:
-            raise SceneError(f"{key}: found beside plate.model = {model}; allowed: plate or beam")
+    for key, (given, known, allowed) in told.items():
+        if given and not known:
+            raise SceneError(f"{key}: found beside plate.model = {model}; allowed: {allowed}")
 
 
 def _check_masses(scene: Scene) -> None:

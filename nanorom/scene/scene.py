@@ -27,7 +27,7 @@ from nanorom.scene import fields as v
 from nanorom.scene import units
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep, check_complete
-from nanorom.scene.film import Gas, Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import (
     Disc,
     Geometry,
@@ -38,6 +38,7 @@ from nanorom.scene.geometry import (
 )
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
+from nanorom.scene.material import Gas, Material
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
 from nanorom.scene.rules import check_film
 from nanorom.scene.support import (
@@ -262,6 +263,9 @@ class Scene(metaclass=_Loaded):
             elif name == "tension":
                 plate = v.from_table(Plate, "plate", document["plate"])
                 given[name] = Tension.from_table(table, plate)
+            elif name == "material":
+                plate = v.from_table(Plate, "plate", document["plate"])
+                given[name] = Material.from_table(table, plate)
             elif name == "support":
                 given[name] = Support.from_table(table)
             elif isinstance(table, list):
@@ -314,7 +318,6 @@ class Scene(metaclass=_Loaded):
 
 _CLASSES: dict[str, Any] = {
     "plate": Plate,
-    "material": Material,
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,

@@ -27,6 +27,7 @@ MEANINGS = {
     "Hz": ("a frequency", "20 MHz"),
     "rad": ("an angle", "90 deg"),
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
+    "J": ("a bending stiffness", "1.5 eV"),
     "kg": ("a mass", "1 fg"),
     "K": ("a temperature", "293 K"),
     "1/K": ("an expansion", "2.3e-6 1/K"),

@@ -193,7 +193,7 @@ def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:
         tables=tables,
         free={p: free_deflections(plate, p).local for p in plate.mirrors.classes},
         in_plane={} if held else _InPlane(pieces),
-        nu=plate.stiffness.poisson_ratio,
+        law=np.array(plate.stiffness.law),
         even=plate.mirrors.even,
         shape=None if shape is None else shape.x.array.copy(),
         gate=None if gate is None else Gate(float(gate.gap), float(gate.strength)),
@@ -259,8 +259,8 @@ class _Pieces:
             rows = membrane.free_dofs(self.plate, parity).local
             held = not film.discrete.in_plane
             assert film.discrete.shape is not None
-            tables, nu = film.discrete.tables, film.discrete.nu
-            whole = stretching(tables, film.discrete.shape, nu, free, rows, held)
+            tables, law = film.discrete.tables, film.discrete.law
+            whole = stretching(tables, film.discrete.shape, law, free, rows, held)
             extra = whole.shape[0] - len(free)
             padding = sp.csc_matrix((extra, extra))
             total = whole + sp.block_diag([total, padding], format="csc")

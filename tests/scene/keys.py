@@ -10,10 +10,11 @@ import attrs
 
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
-from nanorom.scene.film import Gas, Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import SHAPES
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
+from nanorom.scene.material import Gas, Material
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support

@@ -18,7 +18,7 @@ from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import compat, groups
 from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, line
-from nanorom.scene import plausibility
+from nanorom.scene import elasticity, plausibility
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
@@ -108,8 +108,10 @@ def stiffness_of(
         for side, kind in held.items()
         if isinstance(kind, Spring)
     }
-    nu = scene.material.poisson_ratio
-    return Stiffness(scales.bending, 1.0, nu, springs, yielding, scales.strain)
+    material, law = scene.material, scene.material.law
+    nu = material.poisson_ratio
+    bent = elasticity.scaled(law, material.held_ratio)
+    return Stiffness(scales.bending, 1.0, nu, springs, yielding, scales.strain, law, bent)
 
 
 def extremes(domain: mesh.Domain) -> tuple[np.ndarray, np.ndarray]:

@@ -8,12 +8,13 @@ import numpy as np
 from nanorom.fem.models.operators import LinearForce
 from nanorom.fem.models.state import State
 from nanorom.fem.modes.eigen import Modes
+from nanorom.scene.elasticity import Law
 
 
-def stiffness(modes: Modes, poisson_ratio: float | None = None) -> np.ndarray:
+def stiffness(modes: Modes, law: Law | None = None) -> np.ndarray:
     """int kappa_r : D : kappa_s (L, L) of the modes, scaled as their stiffness. Collective.
 
-    poisson_ratio : in the place of the film's; 1 leaves D int tr kappa_r tr kappa_s.
+    law : moments by D in the place of the film's.
     """
     plate = modes.plate
     if not plate.bending:
@@ -23,7 +24,7 @@ def stiffness(modes: Modes, poisson_ratio: float | None = None) -> np.ndarray:
     alone = attrs.evolve(
         known,
         springs=loose,
-        poisson_ratio=known.poisson_ratio if poisson_ratio is None else poisson_ratio,
+        bending_law=known.bending_law if law is None else law,
     )
     plate = plate.resisting(alone).about(State((0.0, 0.0)))
     return attrs.evolve(modes, force=LinearForce.of(plate)).modal_stiffness()

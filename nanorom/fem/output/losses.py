@@ -12,6 +12,7 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
+from nanorom.scene.elasticity import Law, as_law, scaled
 from nanorom.scene.scene import Scene
 
 GAS_CONSTANT = 8.31446261815324  # J/mol/K, exact
@@ -23,8 +24,8 @@ class Motion:
     """What losses of L modes follow from, in SI.
 
     frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L,) N/m: the part of
-    bending and of linear stretching; dilated (L,) N/m: E h^3/12/(1 - nu)^2 int (tr kappa)^2, of a
-    strip that is free to bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2.
+    bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
+    bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2.
     """
 
     frequency: np.ndarray
@@ -61,6 +62,18 @@ def thermoelastic(scene: Scene, motion: Motion) -> np.ndarray | None:
     strength = known.youngs_modulus * known.expansion**2 * known.temperature / capacity
     xi = h * np.sqrt(motion.omega * capacity / (2 * known.conductivity))
     return strength * zener(xi) * motion.dilated / motion.stiffness
+
+
+def dilated(scene: Scene) -> Law:
+    """Moments by D of the law whose energy int h^3/12 (beta.kappa)^2/E thermal stress feeds on.
+
+    beta = C (1, 1, 0) is the stress of a strain that is the same in every direction; of an
+    isotropic film E h^3/12/(1 - nu)^2 int (tr kappa)^2.
+    """
+    material, h = scene.material, scene.plate.thickness
+    beta = np.array(material.law) @ [1.0, 1.0, 0.0]
+    unit = material.youngs_modulus * h**3 / 12 / material.bending_stiffness(h)
+    return scaled(as_law(np.outer(beta, beta)), unit)
 
 
 def zener(xi: np.ndarray) -> np.ndarray:

@@ -146,9 +146,8 @@ def lost(
     """
     if not scene.lossy:
         return {}
-    nu = scene.material.poisson_ratio
     strained = bending.stiffness(modes) + stretching
-    dilated = bending.stiffness(modes, 1.0) * (1 + nu) / (1 - nu)
+    dilated = bending.stiffness(modes, losses.dilated(scene))
     motion = losses.Motion(
         frequency=scales.frequency(modes.eigenvalues),
         stiffness=scales.tension * np.diag(products.stiffness + stretching),

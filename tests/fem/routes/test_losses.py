@@ -3,19 +3,21 @@
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
-from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from nanorom.errors import SceneError
 from nanorom.fem.output.losses import zener
 from nanorom.fem.reduce import reduce_scene
 from nanorom.rom.model import ReducedModel
+from nanorom.scene.elasticity import isotropic
 from nanorom.scene.excitation import Damping
-from nanorom.scene.film import Gas, Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Rectangle, String
 from nanorom.scene.load import Load
+from nanorom.scene.material import Gas, Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
+from tests.fem.ritz import ClampedRectangle, lowest
 
 LOSS = 1e-4
 NITRIDE = {"youngs_modulus": "250 GPa", "poisson_ratio": 0.23, "density": "3100 kg/m^3"}
@@ -94,30 +96,11 @@ def exact_dilution(layer, count):
 
 
 def ritz_dilution(kappa, count):
-    """Q/Q_int (count,) of a clamped square of side 1 with T/D = kappa.
-
-    Ritz in products of (1 - x^2)^2 P_k(x), independent of the mesh and of its elements.
-    """
-    n, half = 26, 0.5
-    factor = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0])
-    basis = np.zeros((n, n + 4))
-    for k in range(n):
-        product = legendre.legmul(factor, np.eye(n)[k])
-        basis[k, : len(product)] = product
-    x, w = legendre.leggauss(n + 6)
-    f = [legendre.legval(x, legendre.legder(basis, m, axis=1).T) / half**m for m in range(3)]
-    f = [each / np.abs(f[0]).max(axis=1, keepdims=True) for each in f]
-    m = {(i, j): (f[i] * w * half) @ f[j].T for i in range(3) for j in range(3)}
-    slope = np.kron(m[1, 1], m[0, 0]) + np.kron(m[0, 0], m[1, 1])
-    bending = np.kron(m[2, 2], m[0, 0]) + np.kron(m[0, 0], m[2, 2])
-    mixed = np.kron(m[2, 0], m[0, 2])
-    bending = bending + mixed + mixed.T
-    stiffness, mass = bending + kappa * slope, np.kron(m[0, 0], m[0, 0])
-    scale = 1 / np.sqrt(np.diag(stiffness))
-    stiffness, mass, bending = (a * np.outer(scale, scale) for a in (stiffness, mass, bending))
-    values, vectors = eigh(mass, stiffness)
-    chosen = vectors[:, np.argsort(-values)[:count]]
-    return 1 / np.einsum("in,ij,jn->n", chosen, bending, chosen)
+    """Q/Q_int (count,) of a clamped square of side 1 with T/D = kappa."""
+    film = ClampedRectangle(1.0, 1.0)
+    bending = film.bending(isotropic(0.23)) * (1 - 0.23**2)
+    values, vectors = lowest(bending + film.tension(kappa, kappa), film.mass(), count)
+    return values / np.einsum("in,ij,jn->n", vectors, bending, vectors)
 
 
 def test_tension_dilutes_the_loss_of_a_string_as_the_exact_solution_has_it():
