@@ -35,7 +35,6 @@ from nanorom.rom.larger import Larger
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
-from nanorom.scene.patterns.pattern import ParametricPattern, Proportional
 from nanorom.scene.scene import MOST_MODES
 from nanorom.scene.units import with_unit
 from nanorom.types import Array
@@ -327,9 +326,9 @@ class ReducedModel:
         Raises ModelError if the model has no pattern of that name.
         """
         j = _pattern("drive", self.drive, direct)
-        if issubclass(PARAMETRIC.get(parametric, ParametricPattern), Proportional):
-            return j, np.diag(j)
-        return j, _pattern("parametric", self.parametric, parametric)
+        kind = PARAMETRIC.get(parametric)
+        p = kind.beside(j) if kind is not None else None
+        return j, _pattern("parametric", self.parametric, parametric) if p is None else p
 
     def system(
         self,

@@ -13,18 +13,19 @@ RING = '''"""A ring of light: a dummy."""
 import attrs
 import numpy as np
 
-from nanorom.scene.patterns.pattern import Areal
+from nanorom.scene import fields as v
+from nanorom.scene.patterns.pattern import POSITION, Areal
 
 
 @attrs.frozen
 class Ring(Areal):
-    """A pressure p d^2/radius^2 exp(-d^2/radius^2) at a distance d from ``position``."""
+    """A pressure p d^2/rim^2 exp(-d^2/rim^2) at a distance d from ``position``."""
 
     name = "ring"
     unit = "Pa"
 
-    position: tuple[float, float]
-    radius: float
+    position: tuple[float, float] = attrs.field(metadata=POSITION)
+    rim: float = attrs.field(metadata=v.quantity("drive.rim", "m", about="of the ring"))
 
     @property
     def centre(self):
@@ -32,15 +33,36 @@ class Ring(Areal):
 
     @property
     def size(self):
-        return self.radius
+        return self.rim
 
     @property
     def reach(self):
-        return 6 * self.radius
+        return 6 * self.rim
 
     def density(self, points):
-        square = np.sum((points - np.asarray(self.position)) ** 2, axis=-1) / self.radius**2
+        square = np.sum((points - np.asarray(self.position)) ** 2, axis=-1) / self.rim**2
         return square * np.exp(-square)
+'''
+
+SHARE = '''"""A part of a tension: a dummy."""
+
+import attrs
+
+from nanorom.scene import fields as v
+from nanorom.scene.patterns.pattern import Stretch
+
+
+@attrs.frozen
+class Share(Stretch):
+    """A share of a modulation of the tension; its level is the whole amplitude in N/m."""
+
+    name = "share"
+    unit = "N/m"
+
+    share: float = attrs.field(metadata=v.quantity("drive.share", "1", about="of the tension"))
+
+    def stiffness(self, work, force):
+        return work.stretch(self.share)
 '''
 
 SHRINKING = '''
@@ -159,6 +181,7 @@ class SkinRoute(PlateRoute):
 # file -> new content, or what to put at its end, or (row as it is, with the newcomer)
 FILES = {
     "scene/patterns/ring.py": RING,
+    "scene/patterns/share.py": SHARE,
     "results/noted.py": NOTED,
     "export/plain.py": PLAIN,
     "fem/routes/skin.py": SKIN,
@@ -170,9 +193,11 @@ CLASSES = {"measurement/unknowns.py": ("_ALL = (", STRESS.lstrip("\n") + "\n\n_A
 ROWS = {
     "scene/patterns/__init__.py": [
         ("(Pressure, Spot, Point)", "(Pressure, Spot, Point, Ring)"),
+        ("(TensionModulation, PaperModulation)", "(TensionModulation, PaperModulation, Share)"),
         (
             "from nanorom.scene.patterns.spot import Spot\n",
             "from nanorom.scene.patterns.ring import Ring\n"
+            "from nanorom.scene.patterns.share import Share\n"
             "from nanorom.scene.patterns.spot import Spot\n",
         ),
     ],

@@ -32,15 +32,32 @@ def drum(model="membrane", **sections):
 
 PROGRAMS = {
     "drive pattern": """
-        from nanorom.rom.patterns import force
-        drive = nanorom.Drive(1.0, direct_pattern="ring", position=(0, 0), radius=3e-7)
+        from nanorom.rom.patterns import DrawnWork
+        drive = nanorom.Drive(1.0, direct_pattern="ring", position=(0, 0), rim="300 nm")
         sweep = nanorom.Sweep("0.9 f1", "1.1 f1")
         scene = drum(drive=drive, damping=nanorom.Damping(100), sweep=sweep)
         assert nanorom.Scene.from_toml(scene.to_toml()) == scene
         model = nanorom.reduce(scene)
-        drawn = force(drive.pattern, model.shapes)
+        drawn = drive.pattern.force(DrawnWork(model.shapes))
         assert np.allclose(model.drive["ring"], drawn, rtol=0.02) and model.drive["ring"][0] > 0
         assert nanorom.respond(model, drive, scene.sweep, processes=1).diagrams
+    """,
+    "parametric pattern with a key": """
+        from nanorom.rom.patterns import aimed
+        drive = nanorom.Drive(parametric=1e-3, parametric_pattern="share", share=0.25)
+        sweep = nanorom.Sweep("1.95 f1", "2.05 f1")
+        scene = drum(drive=drive, damping=nanorom.Damping(100), sweep=sweep)
+        assert nanorom.Scene.from_toml(scene.to_toml()) == scene
+        model = nanorom.reduce(scene)
+        assert np.array_equal(model.parametric["share"], 0.25 * model.parametric["tension"])
+        half = nanorom.Drive(parametric=1e-3, parametric_pattern="share", share=0.5)
+        again = aimed(model, half).parametric["share"]
+        assert np.allclose(again, 2 * model.parametric["share"], rtol=0.02)
+        assert nanorom.respond(model, drive, scene.sweep, processes=1).diagrams
+        try:
+            nanorom.Drive(1.0, share=0.5)
+        except nanorom.errors.SceneError as error:
+            assert 'drive.share: not used with parametric_pattern = "tension"' in str(error)
     """,
     "special point": """
         from nanorom.continuation import ModalSystem, explore

@@ -59,6 +59,43 @@ def test_names_are_listed_once(table):
             assert len(words & names) < several, f"{place}:{line}: {sorted(words & names)}"
 
 
+KINDS = {
+    kind.__name__
+    for pattern in (*DIRECT.values(), *PARAMETRIC.values())
+    for kind in pattern.__mro__
+    if kind is not object and kind.__name__ != "ABC"
+}  # classes of patterns and of their kinds
+
+
+def kinds_asked(text: str) -> list[int]:
+    """Lines that ask of what kind a pattern is, by themselves or by dispatch."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        asked: list[ast.AST] = []
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "issubclass"):
+            asked = list(node.args)
+        elif isinstance(node, ast.FunctionDef):
+            if any("register" in ast.unparse(each) for each in node.decorator_list):
+                asked = [each.annotation for each in node.args.args if each.annotation]
+        names = {part.id for each in asked for part in ast.walk(each) if isinstance(part, ast.Name)}
+        if names & KINDS:
+            found.append(node.lineno)
+    return found
+
+
+def test_the_search_finds_a_question_by_the_kind_of_a_pattern():
+    dispatched = "@force.register\ndef _(pattern: Areal):\n    pass"
+    assert kinds_asked("if issubclass(kind, Proportional):\n    pass") == [1]
+    assert len(kinds_asked(dispatched)) == 1
+    assert kinds_asked("def force(pattern: Areal):\n    pass") == []
+
+
+def test_nobody_asks_of_what_kind_a_pattern_is():
+    """What a pattern does to a film is its own method, in terms of simple forces."""
+    for file in sorted(PACKAGE.rglob("*.py")):
+        assert not kinds_asked(file.read_text(encoding="utf-8")), file
+
+
 WORDS = set(MODELS) - {"auto"}  # which is one of other choices, too
 
 
