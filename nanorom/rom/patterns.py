@@ -20,7 +20,8 @@ from nanorom.rom.shapes import Shapes
 from nanorom.scene import fields as v
 from nanorom.scene.drive import Drive
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
-from nanorom.scene.patterns.pattern import Areal, Pattern, VirtualWork
+from nanorom.scene.patterns.gate import GATE
+from nanorom.scene.patterns.pattern import NO_GATE, Areal, Pattern, VirtualWork
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -92,10 +93,16 @@ def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dic
     Those that need no aim, the parametric ones beside the first direct one, and those of the
     drive.  Raises SceneError for a place beside the film.  Collective where the work is.
     """
-    direct = {name: kind().force(work) for name, kind in DIRECT.items() if not kind.aimed()}
+
+    def one_and_the_same(kind: type[Pattern]) -> bool:
+        return not kind.aimed() and (kind.everywhere or work.gated)
+
+    direct = {name: kind().force(work) for name, kind in DIRECT.items() if one_and_the_same(kind)}
     usual = next(iter(direct.values()))
     parametric = {
-        name: kind().stiffness(work, usual) for name, kind in PARAMETRIC.items() if not kind.aimed()
+        name: kind().stiffness(work, usual)
+        for name, kind in PARAMETRIC.items()
+        if one_and_the_same(kind)
     }
     if drive is not None and drive.pattern.aimed():
         direct[drive.direct_pattern] = drive.pattern.force(work)
@@ -109,18 +116,25 @@ def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSyste
     """The modal equations under a drive of a scene, aimed before, with its harmonics."""
     from nanorom.continuation import Drive as Term
 
+    if drive.voltage is not None and GATE not in model.drive:
+        raise ModelError(NO_GATE)
     system = model.system(drive.direct_pattern, drive.parametric_pattern, damped)
-    if drive.harmonics is None:
+    j, p = system.direct, system.parametric
+    if drive.voltage is not None:
+        # half of (V + v cos)^2 - V^2, by powers of the level v
+        load = v.parse_toml(model.scene).get("load", {})
+        constant = v.read_quantity(load.get("voltage", 0.0), "V", "load.voltage")
+        terms = [
+            Term(k, direct=factor * j, parametric=factor * p, power=power)
+            for k, factor, power in ((0, 0.25, 2), (1, constant, 1), (2, 0.25, 2))
+        ]
+    elif drive.harmonics is not None:
+        terms = [
+            Term(each.harmonic, each.phase, direct=each.direct * j, parametric=each.parametric * p)
+            for each in drive.harmonics
+        ]
+    else:
         return system
-    terms = [
-        Term(
-            each.harmonic,
-            each.phase,
-            direct=each.direct * system.direct,
-            parametric=each.parametric * system.parametric,
-        )
-        for each in drive.harmonics
-    ]
     return attrs.evolve(
         system,
         direct=np.zeros_like(system.direct),

@@ -10,6 +10,7 @@ import attrs
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene.patterns import DIRECT, KEYS, PARAMETRIC
+from nanorom.scene.patterns.gate import GATE
 from nanorom.scene.patterns.pattern import DirectPattern, ParametricPattern, Pattern
 from nanorom.scene.waves import ALLOWED, Harmonic, as_harmonics, read_harmonics
 from nanorom.types import Array
@@ -49,6 +50,7 @@ class Drive:
         within a ``radius`` in m.
     parametric: levels of ``parametric_pattern``: "tension" in N/m, "paper" in Pa/m.
     harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
+    voltage: amplitude in V on the gate that attracts the film, in the place of all of these.
     Further keys are those of the patterns, declared by them.
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.
@@ -99,6 +101,19 @@ class Drive:
         ),
     )
 
+    voltage: tuple[float, ...] | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantities,
+        metadata=v.custom(
+            "drive.voltage",
+            lambda value: _levels(value, "V", "drive.voltage"),
+            allowed=f"one or a list of up to {MOST_LEVELS}, 0 or more",
+            about="amplitude v of V + v cos(omega t) on the gate of [load], level by level; the "
+            "keys above are then left out",
+            unit="V",
+        ),
+    )
+
     if TYPE_CHECKING:  # keys of patterns are known when they are collected
 
         def __init__(
@@ -108,12 +123,14 @@ class Drive:
             direct_pattern: str = "pressure",
             parametric_pattern: str = "tension",
             harmonics: Any = None,
+            voltage: v.Quantity | Sequence[v.Quantity] | Array | None = None,
             **keys: Any,
         ) -> None: ...
 
         def __getattr__(self, key: str) -> Any: ...
 
     def __attrs_post_init__(self) -> None:
+        self._take_voltage()
         for name, unit in zip(("direct", "parametric"), self.units):
             levels = _levels(getattr(self, name), unit, f"drive.{name}")
             object.__setattr__(self, name, levels)
@@ -130,6 +147,26 @@ class Drive:
                 "drive: a level has neither direct nor parametric drive; "
                 "allowed: drive.direct or drive.parametric greater than 0 at every level"
             )
+
+    def _take_voltage(self) -> None:
+        """Levels and patterns of a voltage; raises SceneError for others beside it."""
+        patterns = self.direct_pattern, self.parametric_pattern
+        if self.voltage is None:
+            if GATE in patterns:
+                raise SceneError(f'drive.voltage: missing; it is what brings the pattern "{GATE}"')
+            return
+        made = {"direct": self.voltage, "direct_pattern": GATE}
+        made |= {"parametric": self.voltage, "parametric_pattern": GATE}
+        section: Any = type(self)
+        for name, field in attrs.fields_dict(section).items():
+            given = getattr(self, name)
+            given = tuple(given) if v.is_list(given) else given
+            if name != "voltage" and given not in (field.default, made.get(name)):
+                raise SceneError(
+                    f"drive.{name}: found beside drive.voltage; allowed: voltage alone"
+                )
+        for name, value in made.items():
+            object.__setattr__(self, name, value)
 
     def _check_keys(self) -> None:
         """Keys are given where one of the two patterns needs them, and nowhere else."""

@@ -172,6 +172,11 @@ class Scene(metaclass=_Loaded):
                 )
             object.__setattr__(self, "damping", None)
         check_complete(self.damping, self.drive, self.sweep)
+        gated = self.load is not None and self.load.gap is not None
+        if self.drive is not None and self.drive.voltage is not None and not gated:
+            raise SceneError(
+                "drive.voltage: found without a gate; allowed beside load.gap and load.voltage"
+            )
 
     def _check_automatic(self) -> None:
         """Raise SceneError if there is no response that could choose the modes."""

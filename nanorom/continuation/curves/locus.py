@@ -162,6 +162,7 @@ def _parameter(
     if not isinstance(parameter, str):
         return dict(parameter), 0.0
     if parameter in LEVELS:
+        system.check_proportional()
         used = [name for name in LEVELS[parameter] if levels[name]]
         if not used:
             raise ContinuationError(f"parameter: the level of {parameter!r} is zero at the point")

@@ -61,6 +61,7 @@ def parameter_of(
         unit = with_symmetries(system.scaled(direct, parametric))
         name, start, change = ", ".join(given), 0.0, system.change(given, unit)
     elif given in LEVELS:
+        system.check_proportional()
         levels = {"direct": direct, "parametric": parametric, given: size}
         unit = with_symmetries(system.scaled(**levels))
         name, start = given, size

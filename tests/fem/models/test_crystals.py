@@ -14,6 +14,7 @@ from nanorom.scene.support import Support
 from tests.fem.ritz import ClampedRectangle, lowest
 
 TOLERANCE = 1e-6
+ROUGH = Accuracy(tolerance=1e-4)
 LENGTH, WIDTH, THICKNESS, DENSITY = 10e-6, 6e-6, 200e-9, 4600.0
 CRYSTAL = {  # black phosphorus, about
     "youngs_modulus": 160e9,
@@ -97,12 +98,12 @@ def test_isotropic_crystal_is_the_isotropic_film():
     plain = {"youngs_modulus": 100e9, "poisson_ratio": 0.25, "density": 3000.0}
     crystal = Material(youngs_modulus_2=100e9, shear_modulus=100e9 / 2.5, orientation=0.4, **plain)
     one, other = (
-        reduce_scene(drum(m, model="plate", tension=Tension.isotropic(1e-3)))
+        reduce_scene(drum(m, model="plate", tension=Tension.isotropic(1e-3), accuracy=ROUGH))
         for m in (Material(**plain), crystal)
     )
-    assert other.frequency == pytest.approx(one.frequency, rel=TOLERANCE)
+    assert other.frequency == pytest.approx(one.frequency, rel=1e-4)
     b = np.einsum("iiii->i", one.cubic)
-    assert np.einsum("iiii->i", other.cubic) == pytest.approx(b, rel=10 * TOLERANCE)
+    assert np.einsum("iiii->i", other.cubic) == pytest.approx(b, rel=1e-3)
 
 
 def test_round_mode_of_a_membrane_does_not_see_how_its_crystal_is_turned():
