@@ -30,6 +30,7 @@ AXES = {
     "L": "modes",
     "K": "modes outside",
     "N": "modes of the larger model",
+    "S": "thermal modes",
     "P": "points",
     "C": "triangles",
     "n": "rows",

@@ -31,6 +31,7 @@ from nanorom.rom.arrays import (
     as_tensor,
 )
 from nanorom.rom.coefficients import Coefficient, Coefficients, place
+from nanorom.rom.heat import Heat
 from nanorom.rom.larger import Larger
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
 UNSORTED = 1e-3  # relative: near modes rank by name, as a mesh may not tell which is the lower
 ASYMMETRIC = 1e-6  # a stiffness, mass or damping matrix beyond this is a mistake
+LOSSES = family("L", "1", "1/Q by cause", optional=True)
 NORMALIZATION = "max"  # of the mode shapes: max |phi| = 1
 MORE_THAN_REPORTED = 2.0  # a file may measure its asymmetry in another norm
 ROUND_OFF = 1e-9
@@ -108,9 +110,8 @@ class ReducedModel:
         factory=dict,
         metadata=family("L, L", "N/m per unit of the level", "force patterns P: tension, ..."),
     )
-    losses: dict[str, Array] = attrs.field(
-        converter=as_arrays, factory=dict, metadata=family("L", "1", "1/Q by cause", optional=True)
-    )
+    losses: dict[str, Array] = attrs.field(converter=as_arrays, factory=dict, metadata=LOSSES)
+    heat: Heat | None = attrs.field(default=None, metadata=part(Heat))
     shapes: Shapes | None = attrs.field(default=None, metadata=part(Shapes))
     larger: Larger | None = attrs.field(default=None, metadata=part(Larger))
     bending: Array | None = attrs.field(

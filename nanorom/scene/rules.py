@@ -56,6 +56,34 @@ def check_film(scene: Scene) -> None:
         )
 
 
+def check_source(scene: Scene) -> None:
+    """Raise SceneError for a drive whose source the film does not feel."""
+    drive, load = scene.drive, scene.load
+    if drive is None:
+        return
+    if drive.voltage is not None and (load is None or load.gap is None):
+        raise SceneError(
+            "drive.voltage: found without a gate; allowed beside load.gap and load.voltage"
+        )
+    if drive.laser is None:
+        return
+    if not scene.material.thermal:
+        raise SceneError(
+            "drive.laser: found for a material whose heat is not known; allowed beside "
+            "material.expansion, conductivity and specific_heat"
+        )
+    if not (scene.plate.rules.planar and scene.plate.rules.shallow):
+        raise SceneError(
+            f"drive.laser: found beside plate.model = {scene.plate.model}; allowed: plate, membrane"
+        )
+    geometry = scene.geometry
+    if not isinstance(geometry, MeshFile) and not geometry.holds(drive.position):
+        x, y = drive.position
+        raise SceneError(
+            f"drive.position: found ({x:g}, {y:g}) m; allowed: on the {geometry.shape}"
+        )
+
+
 def _check_material(scene: Scene) -> None:
     """What a model of the film does not know of a material."""
     model, rules = scene.plate.model, scene.plate.rules

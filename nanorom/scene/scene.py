@@ -40,7 +40,7 @@ from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
-from nanorom.scene.rules import check_film
+from nanorom.scene.rules import check_film, check_source
 from nanorom.scene.support import (
     STRING_ENDS,
     Edge,
@@ -172,11 +172,7 @@ class Scene(metaclass=_Loaded):
                 )
             object.__setattr__(self, "damping", None)
         check_complete(self.damping, self.drive, self.sweep)
-        gated = self.load is not None and self.load.gap is not None
-        if self.drive is not None and self.drive.voltage is not None and not gated:
-            raise SceneError(
-                "drive.voltage: found without a gate; allowed beside load.gap and load.voltage"
-            )
+        check_source(self)
 
     def _check_automatic(self) -> None:
         """Raise SceneError if there is no response that could choose the modes."""

@@ -28,6 +28,7 @@ MEANINGS = {
     "rad": ("an angle", "90 deg"),
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
     "J": ("a bending stiffness", "1.5 eV"),
+    "W": ("a power", "1 mW"),
     "kg": ("a mass", "1 fg"),
     "K": ("a temperature", "293 K"),
     "1/K": ("an expansion", "2.3e-6 1/K"),

@@ -10,6 +10,7 @@ import numpy as np
 from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import compat
+from nanorom.rom.heat import Heat
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.scene import Scene
@@ -23,7 +24,7 @@ class Parts:
     N/m^2; cubic and outside_cubic (L, L, L, L) N/m^3; patterns: the direct ones (L,) and the
     parametric ones (L, L) by name (`nanorom.rom.patterns.reduced`); viscous: parts of the force
     that a viscous material damps, by their names in the model; losses: 1/Q (L,) by what takes
-    energy; method: of the tensors.
+    energy; heat: of a laser; method: of the tensors.
     """
 
     frequency: np.ndarray
@@ -41,6 +42,7 @@ class Parts:
     static: dict[str, np.ndarray] = attrs.field(factory=dict)
     viscous: dict[str, np.ndarray] = attrs.field(factory=dict)
     losses: dict[str, np.ndarray] = attrs.field(factory=dict)
+    heat: Heat | None = None
 
 
 def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
@@ -59,6 +61,7 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
         drive=direct,
         parametric=parametric,
         losses=parts.losses,
+        heat=parts.heat,
         shapes=parts.shapes,
         static=parts.static,
         diagnostics=parts.diagnostics | told,

@@ -20,7 +20,7 @@ from nanorom.fem.modes import accuracy, buckling, coupled, eigen
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.modes.normal import normalise_film
-from nanorom.fem.output import drawing, patterns
+from nanorom.fem.output import drawing, heat, patterns
 from nanorom.fem.output.model import Parts, modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
@@ -319,6 +319,7 @@ class PlateRoute(Route):
             units = state.Units.of(scene, scales.length, scales.tension)
             work = patterns.PolynomialWork(modes, products, scales.length, units.deflection)
             made = reduced(work, scene.drive)
+            warmth = heat.heat_of(scene, scales, modes, work)
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
         check_uncoupled(stiffness, solution.names)
@@ -337,6 +338,7 @@ class PlateRoute(Route):
             shapes=Shapes(points * scales.length, cells, values),
             static=static,
             viscous=viscous(scene, scales, modes, products),
+            heat=warmth,
             losses=lost(scene, scales, modes, products, force.stretching),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,

@@ -17,14 +17,12 @@ from nanorom.scene.patterns.pattern import (
     VirtualWork,
 )
 
-GATE = "gate"  # name of both patterns, which a voltage brings
-
 
 @attrs.frozen
 class GateForce(DirectPattern):
     """int eps0/(g - h)^2 phi_r dA, the force by half the square of the voltage."""
 
-    name = GATE
+    name = "gate"
     unit = "V"
     everywhere = False
 
@@ -36,7 +34,7 @@ class GateForce(DirectPattern):
 class GateStiffness(ParametricPattern):
     """int 2 eps0/(g - h)^3 phi_r phi_s dA, by which half the square of the voltage softens."""
 
-    name = GATE
+    name = "gate"
     unit = "V"
     everywhere = False
 
