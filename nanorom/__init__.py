@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
     from nanorom.scene.film import Plate, Tension
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
+    from nanorom.scene.layers import Layer, Stack
     from nanorom.scene.load import Load
     from nanorom.scene.mass import AddedMass
     from nanorom.scene.material import Gas, Material
@@ -55,6 +56,7 @@ _HOMES = {
         "Rectangle",
         "String",
     ),
+    "scene.layers": ("Layer", "Stack"),
     "scene.load": ("Load",),
     "scene.mass": ("AddedMass",),
     "scene.material": ("Gas", "Material"),
@@ -92,6 +94,7 @@ __all__ = [
     "Frequency",
     "Gas",
     "Harmonic",
+    "Layer",
     "Load",
     "LoadCurve",
     "Material",
@@ -107,6 +110,7 @@ __all__ = [
     "Scene",
     "Shapes",
     "Spring",
+    "Stack",
     "String",
     "Support",
     "Sweep",

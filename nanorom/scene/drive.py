@@ -191,7 +191,8 @@ class Drive:
         for name, field in attrs.fields_dict(section).items():
             given = getattr(self, name)
             given = tuple(given) if v.is_list(given) else given
-            if name not in (source, *KEYS) and given not in (field.default, made.get(name)):
+            usual = field.default, (field.default,), made.get(name)
+            if name not in (source, *KEYS) and given not in usual:
                 raise SceneError(f"drive.{name}: found beside drive.{source}; allowed: that alone")
         for name, value in made.items():
             object.__setattr__(self, name, value)

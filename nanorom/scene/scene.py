@@ -36,6 +36,7 @@ from nanorom.scene.geometry import (
     String,
     read_geometry,
 )
+from nanorom.scene.layers import Stack
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
@@ -240,32 +241,33 @@ class Scene(metaclass=_Loaded):
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
         """Read a scene from nested dictionaries as TOML gives them; raises SceneError."""
+        stack, document = Stack.taken(document)
         keys = {f.metadata.get(v.TABLES, f.name): f for f in attrs.fields(cls)}
         for name, table in document.items():
             if name not in keys:
                 hint = v.did_you_mean(name, keys)
-                raise SceneError(f"{name}: unknown section{hint}; allowed: {', '.join(keys)}")
+                raise SceneError(
+                    f"{name}: unknown section{hint}; allowed: {', '.join([*keys, 'layer'])}"
+                )
             several = v.TABLES in keys[name].metadata
             if several and not isinstance(table, list):
                 raise units.wrong(name, table, f"tables [[{name}]]")
             if not several and not isinstance(table, Mapping):
                 raise units.wrong(name, table, f"a table [{name}]")
-        for name in ("geometry", "plate", "material", "modes"):
+        for name in ("geometry", "modes") if stack else ("geometry", "plate", "material", "modes"):
             if name not in document:
                 raise SceneError(f"{name}: missing section [{name}]")
-        plate = document["plate"]
-        if isinstance(plate.get("initial_shape"), str) and plate["initial_shape"]:
-            path = str(Path(directory) / plate["initial_shape"])
-            document = {**document, "plate": {**plate, "initial_shape": path}}
-        given: dict[str, Any] = {}
+        table = dict(document.pop("plate", {}))
+        if isinstance(table.get("initial_shape"), str) and table["initial_shape"]:
+            table["initial_shape"] = str(Path(directory) / table["initial_shape"])
+        plate = stack.plate(table) if stack else v.from_table(Plate, "plate", table)
+        given: dict[str, Any] = {"plate": plate, **(stack.film() if stack else {})}
         for name, table in document.items():
             if name == "geometry":
                 given[name] = read_geometry(table, Path(directory))
             elif name == "tension":
-                plate = v.from_table(Plate, "plate", document["plate"])
                 given[name] = Tension.from_table(table, plate)
             elif name == "material":
-                plate = v.from_table(Plate, "plate", document["plate"])
                 given[name] = Material.from_table(table, plate)
             elif name == "support":
                 given[name] = Support.from_table(table)
@@ -274,7 +276,10 @@ class Scene(metaclass=_Loaded):
                 given[keys[name].name] = tuple(read)
             else:
                 given[name] = v.from_table(_CLASSES[name], name, table)
-        return cls(**given)
+        scene = cls(**given)
+        if stack:
+            stack.check(scene.supports.values())
+        return scene
 
     def with_(
         self,
@@ -318,7 +323,6 @@ class Scene(metaclass=_Loaded):
 
 
 _CLASSES: dict[str, Any] = {
-    "plate": Plate,
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,

@@ -12,6 +12,7 @@ from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import SHAPES
+from nanorom.scene.layers import Layer
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
@@ -32,6 +33,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,
+    "layer": Layer,
     "mass": AddedMass,
     "load": Load,
     "gas": Gas,
