@@ -72,6 +72,11 @@ class Shrinking(Condition):
     """A complex pair has a given modulus: a dummy, which a damped oscillator meets."""
 
     radius: float
+    conjugate = True
+
+    @property
+    def growth(self):
+        return float(np.log(self.radius))
 
     def candidates(self, multipliers):
         return multipliers[multipliers.imag > REAL]
@@ -166,16 +171,90 @@ def write_plain(model, path):
     path.write_text("".join(f"{frequency:.9e}\\\\n" for frequency in model.frequency))
 '''.replace("\\\\n", "\\n")
 
-SKIN = '''"""A plate by another name: a dummy film model."""
+SKIN = '''"""A string that does not bend, in closed form: a dummy film model."""
 
-from nanorom.fem.routes.plate import PlateRoute
+import attrs
+import numpy as np
+
+from nanorom.rom.shapes import Shapes
 
 
-class SkinRoute(PlateRoute):
-    """Plates that are called skins."""
+@attrs.frozen
+class Skin:
+    """Shapes sin(k (x + length/2)), k = n pi/length; tension and stretching in N, mass in kg/m."""
+
+    length: float
+    width: float
+    tension: float
+    stretching: float
+    mass: float
+
+    def waves(self, numbers):
+        return numbers * np.pi / self.length
+
+    def slope(self, numbers):
+        return np.diag(self.waves(numbers) ** 2) * self.length / 2
+
+    def area(self, numbers):
+        return (1 - np.cos(np.pi * numbers)) / self.waves(numbers)
+
+    def cubic(self, numbers):
+        slope = self.slope(numbers)
+        return self.stretching / (2 * self.length) * np.einsum("rj,kl->rjkl", slope, slope)
+
+    def shapes(self, numbers):
+        x = np.linspace(-self.length / 2, self.length / 2, 201)
+        n, y = len(x), np.repeat([-self.width / 2, self.width / 2], len(x))
+        points = np.column_stack([np.tile(x, 2), y, 0 * y])
+        left = np.arange(n - 1)
+        cells = [[left, left + 1, n + left], [left + 1, n + left + 1, n + left]]
+        values = np.sin(np.outer(self.waves(numbers), x + self.length / 2))
+        cells = np.concatenate([np.stack(c, axis=1) for c in cells])
+        return Shapes(points, cells, np.tile(values, 2))
+'''
+
+SKIN_ROUTE = '''"""From a string's scene to its model in closed form: a dummy."""
+
+import numpy as np
+
+from nanorom.fem.models.skin import Skin
+from nanorom.fem.output.model import Parts
+from nanorom.fem.routes.beam import BeamRoute
+from nanorom.rom.patterns import DrawnWork, reduced
+
+
+class SkinRoute(BeamRoute):
+    """Strings that do not bend."""
 
     def cost(self, plan):
-        return "a skin: " + super().cost(plan)
+        return "a skin: closed forms"
+
+    def parts(self, plan, team, watch, journal):
+        scene, numbers = plan.scene, np.array(plan.scene.modes.numbers)
+        film, h, width = scene.material, scene.plate.thickness, scene.geometry.width
+        skin = Skin(
+            scene.geometry.length,
+            width,
+            scene.tension.x * width,
+            film.youngs_modulus * h * width,
+            film.density * h * width,
+        )
+        slope, shapes = skin.slope(numbers), skin.shapes(numbers)
+        mass = np.full(len(numbers), skin.mass * skin.length / 2)
+        stiffness = skin.tension * slope
+        work = DrawnWork(shapes, width * skin.area(numbers), width * slope)
+        return Parts(
+            frequency=np.sqrt(np.diag(stiffness) / mass) / (2 * np.pi),
+            mass=mass,
+            label=[f"({n},0)" for n in numbers],
+            stiffness=stiffness,
+            quadratic=np.zeros((len(numbers),) * 3),
+            cubic=skin.cubic(numbers),
+            patterns=reduced(work, None),
+            shapes=shapes,
+            method="direct",
+            diagnostics={"asymmetry": 0.0},
+        )
 '''
 
 # file -> new content, or what to put at its end, or (row as it is, with the newcomer)
@@ -184,7 +263,8 @@ FILES = {
     "scene/patterns/share.py": SHARE,
     "results/noted.py": NOTED,
     "export/plain.py": PLAIN,
-    "fem/routes/skin.py": SKIN,
+    "fem/models/skin.py": SKIN,
+    "fem/routes/skin.py": SKIN_ROUTE,
 }
 ENDS = {
     "continuation/orbits/conditions.py": SHRINKING,
@@ -211,15 +291,12 @@ ROWS = {
     "export/formats.py": [
         (
             '    "vtk": Format(',
-            '    "plain": Format(".txt", model=write_plain),\n    "vtk": Format(',
-        ),
-        (
-            "from nanorom.export.poscidyn",
-            "from nanorom.export.plain import write_plain\nfrom nanorom.export.poscidyn",
+            '    "plain": Format(".txt", model="nanorom.export.plain:write_plain"),\n'
+            '    "vtk": Format(',
         ),
     ],
     "scene/film.py": [
-        ('    "beam": Model(', '    "skin": Model(bends=True),\n    "beam": Model('),
+        ('    "beam": Model(', '    "skin": Model(bends=True, planar=False),\n    "beam": Model('),
     ],
     "fem/routes/registry.py": [
         ('    "beam": BeamRoute(),', '    "skin": SkinRoute(),\n    "beam": BeamRoute(),'),

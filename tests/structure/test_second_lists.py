@@ -96,6 +96,41 @@ def test_nobody_asks_of_what_kind_a_pattern_is():
         assert not kinds_asked(file.read_text(encoding="utf-8")), file
 
 
+SPECIAL = {name for name, kind in vars(bifurcations).items() if isinstance(kind, bifurcations.Kind)}
+CODES = set(bifurcations.KINDS)
+OWN_TYPES = ("tori/events.py", "tori/torus.py", "curves/rest.py")  # of tori and states at rest
+
+
+def kinds_compared(text: str) -> list[int]:
+    """Lines that compare a kind of special point with one of them, by identity or by its code."""
+    return [
+        node.lineno
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Compare)
+        and any(
+            (isinstance(part, ast.Name) and part.id in SPECIAL)
+            or (isinstance(part, ast.Attribute) and part.attr in SPECIAL)
+            or (isinstance(part, ast.Constant) and part.value in CODES)
+            for side in (node.left, *node.comparators)
+            for part in ast.walk(side)
+        )
+    ]
+
+
+def test_the_search_finds_a_question_by_a_special_point_s_name():
+    for question in ("point.kind is FOLD", "kind is not bifurcations.TORUS", 'p.type == "NS"'):
+        assert kinds_compared(f"if {question}:\n    pass") == [1]
+    assert kinds_compared("if point.kind.turns:\n    pass") == []
+
+
+def test_nobody_asks_which_special_point_it_is():
+    """What follows of a kind stands in its row and in its condition, as attributes."""
+    for file in sorted(PACKAGE.rglob("*.py")):
+        place = file.relative_to(PACKAGE).as_posix()
+        if not place.endswith(("orbits/bifurcations.py", "orbits/conditions.py", *OWN_TYPES)):
+            assert not kinds_compared(file.read_text(encoding="utf-8")), file
+
+
 WORDS = set(MODELS) - {"auto"}  # which is one of other choices, too
 
 

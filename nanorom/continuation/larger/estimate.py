@@ -15,7 +15,7 @@ from nanorom.continuation.larger.equations import LargerSystem
 from nanorom.continuation.larger.growth import participation
 from nanorom.continuation.larger.location import Place, nearby, special
 from nanorom.continuation.orbits.balance import NewtonFailure
-from nanorom.continuation.orbits.bifurcations import FOLD, KINDS
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
 from nanorom.types import Array
 
@@ -68,7 +68,7 @@ def estimate(larger: LargerSystem, point: Chosen) -> Estimate:
         result = _found(larger, point, first, there)
     except NewtonFailure:
         there, result = place, _lost(larger, point, first)
-    if kind is FOLD:
+    if kind.turns:
         return result
     critical = kind.condition.nearest(point.multipliers)
     part = participation(larger, seen, there.x, there.rate, critical)
