@@ -10,52 +10,49 @@ ORDER = 26  # functions along each side: frequencies of the lowest ten to 1e-11
 
 
 class ClampedRectangle:
-    """Of sides about the origin; integrals of products of derivatives of its functions."""
+    """Of sides about the origin; integrals of products of derivatives of its functions.
 
-    def __init__(self, length, width, order=ORDER):
-        factor = legendre.poly2leg([1.0, 0.0, -2.0, 0.0, 1.0])
-        basis = np.zeros((order, order + 4))
+    power : of 1 - x^2 in them, 2 for deflections and 1 for displacements in the plane.
+    """
+
+    def __init__(self, length, width, order=ORDER, power=2):
+        factor = legendre.poly2leg([1.0, 0.0, -1.0])
+        factor = legendre.legpow(factor, power)
+        basis = np.zeros((order, order + 2 * power))
         for k in range(order):
             product = legendre.legmul(factor, np.eye(order)[k])
             basis[k, : len(product)] = product
         x, self.weights = legendre.leggauss(order + 6)
         values = [legendre.legval(x, legendre.legder(basis, m, axis=1).T) for m in range(3)]
         values = [each / np.abs(values[0]).max(axis=1, keepdims=True) for each in values]
-        self.x, self.y = length / 2 * x, width / 2 * x
         self.along = [each / (length / 2) ** m for m, each in enumerate(values)]
         self.across = [each / (width / 2) ** m for m, each in enumerate(values)]
         self.area = length * width / 4 * np.outer(self.weights, self.weights)
 
-    def product(self, first, second, weight=1.0):
-        """int c d_first f d_second g over all functions, derivatives (m, n); c on (x, y) points."""
-        if np.ndim(weight) == 0:
-            halves = []
-            for side, i, j in ((self.along, 0, 0), (self.across, 1, 1)):
-                scale = self.area.sum() ** 0.5 / 2
-                halves.append((side[first[i]] * self.weights * scale) @ side[second[j]].T)
-            return weight * np.kron(*halves)
-        left = [np.einsum("ax,bx->abx", self.along[first[0]], self.along[second[0]])]
-        right = np.einsum("cy,dy->cdy", self.across[first[1]], self.across[second[1]])
-        found = np.einsum("abx,xy,cdy->acbd", left[0], weight * self.area, right, optimize=True)
-        n = found.shape[0] * found.shape[1]
-        return found.reshape(n, n)
+    def product(self, first, second, other=None):
+        """int d_first f d_second g, derivatives (m, n); g of the other rectangle's functions."""
+        other = other or self
+        scale = np.sqrt(self.area.sum()) / 2
+        along = (self.along[first[0]] * self.weights * scale) @ other.along[second[0]].T
+        across = (self.across[first[1]] * self.weights * scale) @ other.across[second[1]].T
+        return np.kron(along, across)
 
-    def bending(self, law, weight=1.0):
+    def bending(self, law):
         """int kappa:law:kappa, law (3, 3) on (xx, yy, 2 xy)."""
         kinds, factor = [(2, 0), (0, 2), (1, 1)], [1.0, 1.0, 2.0]
         return sum(
-            law[i][j] * factor[i] * factor[j] * self.product(kinds[i], kinds[j], weight)
+            law[i][j] * factor[i] * factor[j] * self.product(kinds[i], kinds[j])
             for i, j in itertools.product(range(3), repeat=2)
             if law[i][j]
         )
 
-    def tension(self, x, y, weight=1.0):
+    def tension(self, x, y):
         """int x w_x^2 + y w_y^2."""
-        return x * self.product((1, 0), (1, 0), weight) + y * self.product((0, 1), (0, 1), weight)
+        return x * self.product((1, 0), (1, 0)) + y * self.product((0, 1), (0, 1))
 
-    def mass(self, weight=1.0):
+    def mass(self):
         """int w^2."""
-        return self.product((0, 0), (0, 0), weight)
+        return self.product((0, 0), (0, 0))
 
 
 def lowest(stiffness, mass, count):

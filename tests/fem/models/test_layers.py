@@ -54,10 +54,9 @@ def laws(layers):
 def coupled(layers, count):
     """Frequencies (count,) in Hz of the clamped stack: u, v and w by Ritz, coupled by B.
 
-    Strain sym grad u - z grad grad w about the bottom; u and v in the functions of w, which are
-    enough: u = c grad w beside, of which the rest vanishes.
+    Strain sym grad u - z grad grad w about the bottom.
     """
-    film = ClampedRectangle(LENGTH, WIDTH, order=14)
+    film, in_plane = (ClampedRectangle(LENGTH, WIDTH, 16, power) for power in (2, 1))
     a, b, d = laws(layers)
     # (xx, yy, 2 xy) by derivatives of the field: u, v, w
     strain = [
@@ -70,13 +69,13 @@ def coupled(layers, count):
     for f in range(2):
         for g in range(2):
             block = sum(
-                a[i, j] * film.product(strain[f][i][0], strain[g][j][0])
+                a[i, j] * in_plane.product(strain[f][i][0], strain[g][j][0])
                 for i in strain[f]
                 for j in strain[g]
             )
             whole[f * n : (f + 1) * n, g * n : (g + 1) * n] = block
         mixed = -sum(
-            b[i, j] * factor * film.product(strain[f][i][0], order)
+            b[i, j] * factor * in_plane.product(strain[f][i][0], order, film)
             for i in strain[f]
             for j, (order, factor) in enumerate(curvature)
         )
