@@ -115,7 +115,10 @@ def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dic
 
 
 def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSystem:
-    """The modal equations under a drive of a scene, aimed before, with its harmonics."""
+    """The modal equations under a drive of a scene, aimed before, with its harmonics.
+
+    Raises ModelError for a gate or a laser that the model was not reduced with.
+    """
     if drive.voltage is not None and GateForce.name not in model.drive:
         raise ModelError(NO_GATE)
     if drive.laser is not None:

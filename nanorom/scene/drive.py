@@ -57,7 +57,8 @@ class Drive:
     parametric: levels of ``parametric_pattern``: "tension" in N/m, "paper" in Pa/m.
     harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
     voltage: amplitude in V on the gate that attracts the film, in the place of all of these; laser:
-    that in W of the light that heats it, in a spot.
+    that in W of the light that heats it, in a spot, about a mean ``power`` in W of which the film
+    takes the share ``absorption``.
     Further keys are those of the patterns, declared by them.
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.

@@ -27,7 +27,10 @@ MOST = 100
 
 @attrs.frozen(field_transformer=v.readers)
 class Layer:
-    """One layer, isotropic; thickness in m, youngs_modulus and stress in Pa, density in kg/m^3."""
+    """One layer, isotropic; thickness in m, youngs_modulus and stress in Pa, density in kg/m^3.
+
+    poisson_ratio : of its material; loss : E''/E' of its modulus.
+    """
 
     thickness: float = attrs.field(
         converter=v.as_quantity, metadata=v.quantity("layer.thickness", "m", about="of the layer")
@@ -146,9 +149,10 @@ class Stack:
         if "thickness" in table:
             raise SceneError("plate.thickness: found beside [[layer]], whose sum it is")
         given = {"model": "plate", **table, "thickness": self.thickness}
-        if given["model"] != "plate":
-            raise units.wrong("plate.model", given["model"], "plate beside [[layer]]")
-        return v.from_table(Plate, "plate", given)
+        plate = v.from_table(Plate, "plate", given)
+        if not (plate.rules.bends and plate.rules.planar):
+            raise units.wrong("plate.model", plate.model, "plate beside [[layer]]")
+        return plate
 
     def check(self, kinds: Iterable[Kind]) -> None:
         """Raise SceneError for edges at which the uniform film is not the stack."""

@@ -9,7 +9,7 @@ from nanorom.scene import fields as v
 
 @attrs.frozen(field_transformer=v.readers)
 class AddedMass:
-    """A mass in kg that moves with the film and does not stiffen it.
+    """A mass, its value in kg, that moves with the film and does not stiffen it.
 
     position : x and y in m from the film's centre, or in the mesh file's coordinates times its
     scale; radius : of the disc over which it is spread evenly, 0 for a point.

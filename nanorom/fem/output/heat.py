@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import attrs
 import numpy as np
 
@@ -44,15 +46,16 @@ class _Absorbed(Areal):
 
 def heat_of(scene: Scene, scales: Scales, modes: Modes, work: PolynomialWork) -> Heat | None:
     """Thermal modes of a scene's laser as states, slowest first; None without one. Collective."""
-    if scene.drive is None or not isinstance(scene.drive.pattern, Laser):
+    if scene.drive is None or scene.drive.laser is None:
         return None
+    laser: Any = scene.drive.pattern
     material, h = scene.material, scene.plate.thickness
     assert material.expansion is not None
     assert material.conductivity is not None and material.specific_heat is not None
     found = conduction.conduction(modes, COUNT)
     capacity = material.density * material.specific_heat * h  # per area and kelvin
     diffusivity = material.conductivity * h / capacity
-    fed = attrs.evolve(work, modes=found.modes).areal(_Absorbed(scene.drive.pattern))
+    fed = attrs.evolve(work, modes=found.modes).areal(_Absorbed(laser))
     feed = fed / (capacity * scales.length**2 * found.squares)
     rate = diffusivity * found.modes.eigenvalues / scales.length**2
     unit = material.youngs_modulus * h * material.expansion
