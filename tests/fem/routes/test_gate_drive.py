@@ -71,7 +71,9 @@ def test_static_deflection_at_a_voltage_near_by_follows_from_the_force(held):
     found = (up.static["centre_deflection"] - down.static["centre_deflection"]) / (2 * step)
     moved = np.linalg.solve(held.stiffness, 4.0 * held.drive["gate"])
     centre = np.array([held.shapes.at((0.0, 0.0))[r] for r in range(held.size)])
-    assert moved @ centre == pytest.approx(float(found), rel=3e-3)  # of four round modes
+    *_, three, four = np.cumsum(moved * centre)  # of an alternating series
+    assert four < found < three
+    assert (three + four) / 2 == pytest.approx(float(found), rel=5e-3)
 
 
 def integrated(system_of, omega, periods=600):
