@@ -175,7 +175,7 @@ def _modal(
         "slope": products.slope,
     }
     losses = lost(scene, scales, solution.modes, products, solution.force.stretching)
-    return found | viscous(scene, scales, solution.modes, products), losses
+    return found | viscous(scene, scales, solution.modes), losses
 
 
 def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:

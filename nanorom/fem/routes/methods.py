@@ -159,12 +159,11 @@ def lost(
     return losses.losses(scene, motion)
 
 
-def viscous(
-    scene: Scene, scales: Scales, modes: Modes, products: ModalProducts
-) -> dict[str, np.ndarray]:
+def viscous(scene: Scene, scales: Scales, modes: Modes) -> dict[str, np.ndarray]:
     """Parts of the force that a viscoelastic material damps, if the scene has one. Collective.
 
-    bending: (L, L) in N/m; stretching: (L, L, L, L) in N/m^3, force on mode r from the slope of
+    bending: (L, L) in N/m, what the modes' stiffness is without any membrane force, constant or
+    relaxed; stretching: (L, L, L, L) in N/m^3, force on mode r from the slope of
     mode l and the stress of the pair jk.
     """
     if scene.damping is None or scene.damping.material_time == 0:
@@ -174,10 +173,9 @@ def viscous(
         raise SceneError("damping.material_time: only for a film that its load leaves flat")
     if plate.stiffness.springs:
         raise SceneError("damping.material_time: only for rigid supports; found springs")
-    bending = products.stiffness - products.tensioned(plate.state.tensor)
     in_plane = scene.reduction.in_plane
     pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
     return {
-        "bending": scales.tension * bending * (scales.bending > 0),
+        "bending": scales.tension * bending.stiffness(modes),
         "stretching": 0.5 * scales.cubic * pairs.transpose(0, 2, 3, 1),
     }

@@ -11,7 +11,7 @@ from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
 from nanorom.scene.support import Support
-from tests.fem.ritz import ClampedRectangle, lowest
+from tests.fem.clamped import ClampedRectangle, lowest
 
 TOLERANCE = 1e-6
 ROUGH = Accuracy(tolerance=1e-4)

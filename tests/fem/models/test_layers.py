@@ -8,7 +8,7 @@ from nanorom.errors import SceneError
 from nanorom.fem.reduce import reduce_scene
 from nanorom.scene.layers import Layer, Stack
 from nanorom.scene.scene import Scene
-from tests.fem.ritz import ClampedRectangle, lowest
+from tests.fem.clamped import ClampedRectangle, lowest
 
 TOLERANCE = 1e-6
 NITRIDE = Layer("100 nm", "250 GPa", 0.23, "3100 kg/m^3", stress="50 MPa")

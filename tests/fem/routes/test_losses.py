@@ -17,7 +17,7 @@ from nanorom.scene.load import Load
 from nanorom.scene.material import Gas, Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
-from tests.fem.ritz import ClampedRectangle, lowest
+from tests.fem.clamped import ClampedRectangle, lowest
 
 LOSS = 1e-4
 NITRIDE = {"youngs_modulus": "250 GPa", "poisson_ratio": 0.23, "density": "3100 kg/m^3"}
