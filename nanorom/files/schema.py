@@ -35,6 +35,7 @@ AXES = {
     "C": "triangles",
     "n": "rows",
     "g": "growths",
+    "t": "parts",
 }
 SYMMETRIC = "symmetric"
 POTENTIAL = "symmetric in all indices"  # a force that derives from a potential
