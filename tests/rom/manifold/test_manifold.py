@@ -16,7 +16,8 @@ from nanorom.rom.manifold.invariance import STYLES
 from tests.rom.manifold.systems import one_to_two, random_system, rest
 
 INTEGRATION = 1e-11
-SEEDS = range(4)
+# seed, modes, quadratic forces; in the last a slave near twice the frequency ends the range early
+SYSTEMS = [(0, 4, 1.0), (1, 4, 1.0), (2, 4, 1.0), (17, 5, 2.0)]
 WITHIN = 1e-4  # relative: of frequencies over the told range
 FOLDS = 5e-6  # relative, of folds and torus points at order 7
 
@@ -40,15 +41,15 @@ def test_motions_stay_on_the_manifold_up_to_the_order_of_its_expansion(style, ma
         assert far / near == pytest.approx(2.0**order, rel=0.35), order
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_backbones_are_those_of_harmonic_balance_over_the_told_range(seed):
-    system = random_system(seed)
-    for order in (3, 5, 7, 9):
+@pytest.mark.parametrize(("seed", "modes", "quadratic"), SYSTEMS)
+def test_backbones_are_those_of_harmonic_balance_over_the_told_range(seed, modes, quadratic):
+    system = random_system(seed, modes, quadratic)
+    for order in (5, 7):
         reduced = nanorom.manifold(system, [1], order)
         reach = reduced.validity
-        x = reach * np.linspace(0.2, 1.0, 9)
-        exact = backbone(system, 0, amplitude=1.2 * reach)
+        exact = backbone(system, 0, amplitude=1.3 * reach, tolerance=1e-11)
         rising = np.argsort(exact.amplitude[:, 0])
+        x = np.linspace(max(0.2 * reach, exact.amplitude[0, 0]), reach, 9)
         known = CubicSpline(exact.amplitude[rising, 0], exact.omega[rising])(x)
         omega, amplitude = reduced.backbone(x)
         assert np.abs(omega / known - 1).max() < WITHIN, order
@@ -61,7 +62,7 @@ def test_a_higher_order_holds_farther_and_is_taken_where_a_range_is_asked_for():
     system = random_system(0)
     orders = [nanorom.manifold(system, [1], order).validity for order in (3, 5, 7)]
     assert orders == sorted(orders)
-    reach = 1.05 * orders[1]
+    reach = 1.02 * orders[1]
     assert nanorom.manifold(system, [1], 3, reach=reach).order == 7
     with pytest.raises(ModelError, match="reach: found 5"):
         nanorom.manifold(system, [1], 3, reach=5.0)
