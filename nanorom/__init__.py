@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
+    from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.verified import Verified
     from nanorom.rom.model import ReducedModel
     from nanorom.rom.shapes import Shapes
@@ -28,13 +29,14 @@ if TYPE_CHECKING:
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
-    from nanorom.workflow import full_orbit, reduce, run, tune, verify
+    from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
     "errors": ("NanoromError",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
+    "results.sensitivity": ("Sensitivity",),
     "results.verified": ("Verified",),
     "rom.model": ("ReducedModel",),
     "rom.shapes": ("Shapes",),
@@ -74,6 +76,7 @@ _HOMES = {
         "full_orbit",
         "reduce",
         "run",
+        "sensitivity",
         "tune",
         "verify",
     ),
@@ -103,6 +106,7 @@ __all__ = [
     "Reduction",
     "Response",
     "Scene",
+    "Sensitivity",
     "Shapes",
     "Spring",
     "String",
@@ -114,6 +118,7 @@ __all__ = [
     "reduce",
     "respond",
     "run",
+    "sensitivity",
     "tune",
     "verify",
 ]
