@@ -156,12 +156,13 @@ def _by_quantities(plan: Plan, solution: Solution) -> tuple[Arrays, dict[str, Ar
     by_shapes, by_nu = tensors.slopes(modes, found.shapes, scene.reduction.in_plane)
     products = modal_products(modes)
     drive, parametric = _patterns(plan, modes)
+    aimed, by_length = _aimed(plan, modes, found.shapes)
     value = Arrays(
         frequency=scales.frequency(modes.eigenvalues),
         mass=scales.mass * products.mass,
         stiffness=scales.tension * products.stiffness,
         cubic=solution.force.cubic,
-        drive=drive,
+        drive=drive | aimed[""],
         parametric=parametric,
     )
     permitted = np.asarray(solution.force.cubic != 0)
@@ -176,13 +177,13 @@ def _by_quantities(plan: Plan, solution: Solution) -> tuple[Arrays, dict[str, Ar
             stiffness=scales.tension * (found.stiffness[name] + with_stiffness + with_stiffness.T),
             cubic=scales.cubic * permitted * (by_shapes[name] + by_nu * (name == POISSON)),
             # linear and bilinear in the shapes: exact
-            drive={n: 0.5 * (a - low[0][n]) for n, a in high[0].items()},
+            drive={n: 0.5 * (a - low[0][n]) for n, a in high[0].items()} | aimed[name],
             parametric={n: 0.5 * (a - low[1][n]) for n, a in high[1].items()},
         )
     if POISSON not in result:  # a membrane: its shapes do not depend on it
         zero = value.combined(np.zeros_like)
         result[POISSON] = attrs.evolve(zero, cubic=scales.cubic * permitted * by_nu)
-    return value, result | _scaling(value, _lengthened(plan, modes))
+    return value, result | _scaling(value, by_length)
 
 
 def _scaling(value: Arrays, aimed: dict[str, np.ndarray]) -> dict[str, Arrays]:
@@ -208,16 +209,32 @@ def _scaling(value: Arrays, aimed: dict[str, np.ndarray]) -> dict[str, Arrays]:
     }
 
 
-def _lengthened(plan: Plan, modes: Modes) -> dict[str, np.ndarray]:
-    """Derivatives by ln L of aimed patterns (L,) at fixed shapes over the film. Collective."""
-    drive, length = plan.scene.drive, plan.scales.length
+def _aimed(
+    plan: Plan, modes: Modes, changes: dict[str, np.ndarray]
+) -> tuple[dict[str, dict[str, np.ndarray]], dict[str, np.ndarray]]:
+    """Aimed patterns (L,) under "", their derivatives by the shapes' changes, and by ln L.
+
+    They are linear in the shapes, so that all are aimed together; their places do not move with a
+    film that grows, so that ln L acts by itself.  Collective.
+    """
+    drive, length, n = plan.scene.drive, plan.scales.length, len(modes.parities)
+    columns = np.concatenate([modes.shapes, *changes.values()], axis=1)
+    parities = [*modes.parities] * (len(changes) + 1)
+    every = patterns.aimed(attrs.evolve(modes, shapes=columns, parities=parities), drive, length)
+    names = ("", *changes)
+    found: dict[str, dict[str, np.ndarray]] = {
+        name: {key: array[i * n : (i + 1) * n] for key, array in every.items()}
+        for i, name in enumerate(names)
+    }
+    if not every or not isinstance(plan.scene.geometry, Disc):
+        return found, {}
 
     def difference(step: float) -> dict[str, np.ndarray]:
         high, low = (patterns.aimed(modes, drive, length * np.exp(s * step)) for s in (1, -1))
         return {name: (array - low[name]) / (2 * step) for name, array in high.items()}
 
     near, far = difference(LENGTHENED), difference(2 * LENGTHENED)
-    return {name: (4 * array - far[name]) / 3 for name, array in near.items()}
+    return found, {name: (4 * array - far[name]) / 3 for name, array in near.items()}
 
 
 def _moved(modes: Modes, change: np.ndarray) -> Modes:
@@ -225,7 +242,7 @@ def _moved(modes: Modes, change: np.ndarray) -> Modes:
 
 
 def _patterns(plan: Plan, modes: Modes) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Direct (L,) and parametric (L, L) patterns of shapes, in SI. Collective."""
+    """Direct (L,) and parametric (L, L) patterns without an aim, in SI. Collective."""
     length, (area, slopes) = plan.scales.length, pattern_integrals(modes)
     direct, parametric = unaimed(length**2 * area, np.einsum("iirs->rs", slopes))
-    return direct | patterns.aimed(modes, plan.scene.drive, length), parametric
+    return direct, parametric

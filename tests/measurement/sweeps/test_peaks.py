@@ -74,13 +74,11 @@ def test_nonlinear_damping_is_seen_where_it_is():
     from tests.measurement.sweeps.test_duffing import sweeps
 
     loss = 1 / QUALITY
-    exact = sweeps(
-        Resonance(1.0, loss, 1.0, 3 * loss), (1e-3, 2e-3, 4e-3), np.linspace(0.9, 1.15, 200)
-    )
+    exact = sweeps(Resonance(1.0, loss, 1.0, 3 * loss), (1e-3, 3e-3), np.linspace(0.95, 1.1, 120))
     (peak,) = found(noisy(exact, NOISE, 5), "nm")
     assert peak.nonlinear_damping is not None
     assert peak.nonlinear_damping.holds(3.0)
-    assert peak.nonlinear_damping.interval < 0.5
+    assert peak.nonlinear_damping.interval < 1.0
 
 
 def test_a_second_mode_that_the_fit_does_not_have_is_told():
