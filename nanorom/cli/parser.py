@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nanorom.cli import commands
+from nanorom.export import formats
 
 
 class Command(NamedTuple):
@@ -112,8 +113,7 @@ def _export(parser: argparse.ArgumentParser) -> None:
         "--to",
         required=True,
         metavar="FORMAT",
-        help="auto, coco, matlab, csv, poscidyn, verilog-a, fmu, vtk; "
-        "of a response: csv, matlab, vtk",
+        help=f"{formats.names(False)}; of a response: {formats.names(True)}",
     )
     parser.add_argument(
         "-o",

@@ -96,3 +96,9 @@ def random_drives(size: int, count: int, seed: int) -> list[Drive]:
         )
         for harmonic in (0, 1, 2, 5)
     ]
+
+
+def gap(system: ModalSystem, orbit: PeriodicOrbit, direct: float, parametric: float = 0.0) -> float:
+    """How far from its beginning an orbit ends after its period, in time."""
+    begin, rate = state(orbit, system.size), motion(system, orbit.omega, direct, parametric)
+    return float(np.abs(after(rate, begin, orbit.period) - begin).max())

@@ -33,8 +33,9 @@ from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import is_of_revolution
-from nanorom.fem.tensors import inextensional
+from nanorom.fem.tensors import inextensional, lateral
 from nanorom.files.partial import Journal
+from nanorom.rom.patterns import reduced
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -219,6 +220,10 @@ def on_triangulation(
         "largest_deflection": deflection[np.abs(deflection).argmax()],
         "mean_tension": np.array(scales.tension * static.tension),
     }
+    if static.other is not None:
+        highest = static.other[np.abs(static.other).argmax()]
+        highest = max(plate.domain.comm.allgather(highest), key=abs)
+        found["other_deflection"] = np.array(unit * highest)
     centre = places.centre_value(plate, w)
     if centre is not None:
         found["centre_deflection"] = np.array(unit * centre)
@@ -312,10 +317,12 @@ class PlateRoute(Route):
         solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
-        inertia.check(solution.diagnostics.get("in_plane_frequency", np.inf), frequency[-1])
+        in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)
+        inertia.check(in_plane, frequency[-1], lateral.is_slender(plate))
         with watch.stage("patterns"):
             products = modal_products(modes)
-            aimed = patterns.aimed(modes, scene.drive, scales.length)
+            work = patterns.PolynomialWork(modes, products, scales.length)
+            made = reduced(work, scene.drive)
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
         check_uncoupled(stiffness, solution.names)
@@ -330,18 +337,16 @@ class PlateRoute(Route):
             quadratic=force.quadratic,
             cubic=force.cubic,
             outside_cubic=force.outside,
-            area=scales.length**2 * products.area,
-            slope=products.slope,
-            aimed=aimed,
+            patterns=made,
             shapes=Shapes(points * scales.length, cells, values),
             static=static,
-            viscous=viscous(scene, scales, modes, products),
+            viscous=viscous(scene, scales, modes),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
             diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),
         )
         mass_matrix = modes.mass  # it keeps the film's communicator
-        del solution, modes, plate, products, force
+        del solution, modes, plate, products, force, work
         compat.free_memory(team.within, mass_matrix.comm.tompi4py())
         mass_matrix.destroy()
         return parts
