@@ -15,7 +15,7 @@ from mpi4py import MPI
 from nanorom.errors import SceneError
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.output import patterns
-from nanorom.fem.output.model import modal_products, pattern_integrals
+from nanorom.fem.output.model import ModalProducts, modal_products, pattern_integrals
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes.plate import Solution, solve
 from nanorom.fem.routes.registry import check_of_plates
@@ -24,10 +24,8 @@ from nanorom.fem.sensitivity import shapes, tensors
 from nanorom.fem.sensitivity.shapes import BENDING, POISSON, TENSION_X, TENSION_Y
 from nanorom.fem.solvers.groups import split
 from nanorom.fem.stopwatch import Stopwatch
-from nanorom.rom.patterns import unaimed
+from nanorom.rom.patterns import reduced
 from nanorom.scene.geometry import Disc
-from nanorom.scene.patterns import PARAMETRIC
-from nanorom.scene.patterns.pattern import Stretch
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Edge
 from nanorom.types import Progress
@@ -155,14 +153,13 @@ def _by_quantities(plan: Plan, solution: Solution) -> tuple[Arrays, dict[str, Ar
     found = shapes.slopes(modes)
     by_shapes, by_nu = tensors.slopes(modes, found.shapes, scene.reduction.in_plane)
     products = modal_products(modes)
-    drive, parametric = _patterns(plan, modes)
-    aimed, by_length = _aimed(plan, modes, found.shapes)
+    drive, parametric = _patterns(plan, modes, products)
     value = Arrays(
         frequency=scales.frequency(modes.eigenvalues),
         mass=scales.mass * products.mass,
         stiffness=scales.tension * products.stiffness,
         cubic=solution.force.cubic,
-        drive=drive | aimed[""],
+        drive=drive,
         parametric=parametric,
     )
     permitted = np.asarray(solution.force.cubic != 0)
@@ -170,31 +167,31 @@ def _by_quantities(plan: Plan, solution: Solution) -> tuple[Arrays, dict[str, Ar
     for name, moved in found.shapes.items():
         with_mass = found.moved_products(modes, name)
         with_stiffness = with_mass * modes.eigenvalues  # K phi = lambda M phi
-        high, low = (_patterns(plan, _moved(modes, sign * moved)) for sign in (1, -1))
+        high, low = (_patterns(plan, _moved(modes, s * moved), products) for s in (1, -1))
         result[name] = Arrays(
             frequency=0.5 * value.frequency * found.eigenvalues[name] / modes.eigenvalues,
             mass=2 * scales.mass * with_mass.diagonal(),
             stiffness=scales.tension * (found.stiffness[name] + with_stiffness + with_stiffness.T),
             cubic=scales.cubic * permitted * (by_shapes[name] + by_nu * (name == POISSON)),
             # linear and bilinear in the shapes: exact
-            drive={n: 0.5 * (a - low[0][n]) for n, a in high[0].items()} | aimed[name],
+            drive={n: 0.5 * (a - low[0][n]) for n, a in high[0].items()},
             parametric={n: 0.5 * (a - low[1][n]) for n, a in high[1].items()},
         )
     if POISSON not in result:  # a membrane: its shapes do not depend on it
         zero = value.combined(np.zeros_like)
         result[POISSON] = attrs.evolve(zero, cubic=scales.cubic * permitted * by_nu)
-    return value, result | _scaling(value, by_length)
+    return value, result | _scaling(value, _lengthened(plan, modes, products))
 
 
-def _scaling(value: Arrays, aimed: dict[str, np.ndarray]) -> dict[str, Arrays]:
+Patterns = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # direct (L,), parametric (L, L)
+
+
+def _scaling(value: Arrays, lengthened: Patterns) -> dict[str, Arrays]:
     """Derivatives by ln E h, ln rho h and ln L, with which the arrays go by powers.
 
-    aimed : those by ln L of the patterns whose places do not move with the film.
+    lengthened : those by ln L of the patterns.
     """
     nothing = value.combined(np.zeros_like)
-    areas = {
-        n: 2 * a for n, a in value.parametric.items() if not issubclass(PARAMETRIC[n], Stretch)
-    }
     return {
         STRETCHING: attrs.evolve(nothing, cubic=value.cubic),
         MASS: attrs.evolve(nothing, frequency=-0.5 * value.frequency, mass=value.mass),
@@ -203,46 +200,40 @@ def _scaling(value: Arrays, aimed: dict[str, np.ndarray]) -> dict[str, Arrays]:
             frequency=-value.frequency,
             mass=2 * value.mass,
             cubic=-2 * value.cubic,
-            drive={n: 2 * a for n, a in value.drive.items()} | aimed,
-            parametric=nothing.parametric | areas,
+            drive=lengthened[0],
+            parametric=lengthened[1],
         ),
     }
 
 
-def _aimed(
-    plan: Plan, modes: Modes, changes: dict[str, np.ndarray]
-) -> tuple[dict[str, dict[str, np.ndarray]], dict[str, np.ndarray]]:
-    """Aimed patterns (L,) under "", their derivatives by the shapes' changes, and by ln L.
+def _lengthened(plan: Plan, modes: Modes, products: ModalProducts) -> Patterns:
+    """Derivatives of the patterns by ln L at shapes that grow with the film. Collective.
 
-    They are linear in the shapes, so that all are aimed together; their places do not move with a
-    film that grows, so that ln L acts by itself.  Collective.
+    The places of aimed ones do not: differences of fourth order of an explicit function.
     """
-    drive, length, n = plan.scene.drive, plan.scales.length, len(modes.parities)
-    columns = np.concatenate([modes.shapes, *changes.values()], axis=1)
-    parities = [*modes.parities] * (len(changes) + 1)
-    every = patterns.aimed(attrs.evolve(modes, shapes=columns, parities=parities), drive, length)
-    names = ("", *changes)
-    found: dict[str, dict[str, np.ndarray]] = {
-        name: {key: array[i * n : (i + 1) * n] for key, array in every.items()}
-        for i, name in enumerate(names)
-    }
-    if not every or not isinstance(plan.scene.geometry, Disc):
-        return found, {}
 
-    def difference(step: float) -> dict[str, np.ndarray]:
-        high, low = (patterns.aimed(modes, drive, length * np.exp(s * step)) for s in (1, -1))
-        return {name: (array - low[name]) / (2 * step) for name, array in high.items()}
+    def difference(step: float) -> Patterns:
+        high, low = (_patterns(plan, modes, products, float(np.exp(s * step))) for s in (1, -1))
+        direct, parametric = (
+            {name: (array - b[name]) / (2 * step) for name, array in a.items()}
+            for a, b in zip(high, low)
+        )
+        return direct, parametric
 
     near, far = difference(LENGTHENED), difference(2 * LENGTHENED)
-    return found, {name: (4 * array - far[name]) / 3 for name, array in near.items()}
+    direct, parametric = (
+        {name: (4 * array - b[name]) / 3 for name, array in a.items()} for a, b in zip(near, far)
+    )
+    return direct, parametric
 
 
 def _moved(modes: Modes, change: np.ndarray) -> Modes:
     return attrs.evolve(modes, shapes=modes.shapes + change)
 
 
-def _patterns(plan: Plan, modes: Modes) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Direct (L,) and parametric (L, L) patterns without an aim, in SI. Collective."""
-    length, (area, slopes) = plan.scales.length, pattern_integrals(modes)
-    direct, parametric = unaimed(length**2 * area, np.einsum("iirs->rs", slopes))
-    return direct, parametric
+def _patterns(plan: Plan, modes: Modes, products: ModalProducts, longer: float = 1.0) -> Patterns:
+    """Patterns of shapes, in SI, on a film that is longer by a factor. Collective."""
+    area, slopes = pattern_integrals(modes)
+    own = attrs.evolve(products, area=area, slopes=slopes)
+    work = patterns.PolynomialWork(modes, own, longer * plan.scales.length)
+    return reduced(work, plan.scene.drive)
