@@ -82,12 +82,12 @@ class ModalProducts:
 def modal_products(modes: Modes) -> ModalProducts:
     """Modal matrices from the assembled operators, patterns by quadrature. Collective."""
     mass = modes.modal(dict.fromkeys(modes.parities, modes.mass))
-    area, slopes = pattern_integrals(modes)
-    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slopes)
+    area, slope = pattern_integrals(modes)
+    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)
 
 
 def pattern_integrals(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
-    """int phi (L,) and int d_i phi_r d_j phi_s (2, 2, L, L) over the whole film. Collective."""
+    """int phi (L,) and int grad phi . grad phi (L, L) over the whole film. Collective."""
     plate, shapes = modes.plate, modes.shapes
     n_modes = shapes.shape[1]
     comm, copies = plate.domain.comm, plate.mirrors.copies

@@ -233,7 +233,7 @@ def _moved(modes: Modes, change: np.ndarray) -> Modes:
 
 def _patterns(plan: Plan, modes: Modes, products: ModalProducts, longer: float = 1.0) -> Patterns:
     """Patterns of shapes, in SI, on a film that is longer by a factor. Collective."""
-    area, slopes = pattern_integrals(modes)
-    own = attrs.evolve(products, area=area, slopes=slopes)
+    area, slope = pattern_integrals(modes)
+    own = attrs.evolve(products, area=area, slope=slope)
     work = patterns.PolynomialWork(modes, own, longer * plan.scales.length)
     return reduced(work, plan.scene.drive)
