@@ -60,6 +60,7 @@ def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
         ("drive", _patterns(model.drive, DIRECT)),
         ("parametric", _patterns(model.parametric, PARAMETRIC)),
     ]
+    facts += [(f"Q of {name}", _short(1 / inverse)) for name, inverse in model.losses.items()]
     rest = {name: value for name, value in model.diagnostics.items() if name != "asymmetry"}
     facts += [(name, _short(rest[name])) for name in sorted(rest)]
     facts += [("made with", ", ".join(f"{k} {v}" for k, v in sorted(model.versions.items())))]

@@ -10,6 +10,7 @@ import numpy as np
 from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import compat
+from nanorom.rom.heat import Heat
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.scene import Scene
@@ -22,7 +23,8 @@ class Parts:
     frequency (L,) Hz; mass (L,) kg; label: L names; stiffness (L, L) N/m; quadratic (L, L, L)
     N/m^2; cubic and outside_cubic (L, L, L, L) N/m^3; patterns: the direct ones (L,) and the
     parametric ones (L, L) by name (`nanorom.rom.patterns.reduced`); viscous: parts of the force
-    that a viscous material damps, by their names in the model; method: of the tensors.
+    that a viscous material damps, by their names in the model; losses: 1/Q (L,) by what takes
+    energy; heat: of a laser; method: of the tensors.
     """
 
     frequency: np.ndarray
@@ -39,6 +41,8 @@ class Parts:
     outside_cubic: np.ndarray | None = None
     static: dict[str, np.ndarray] = attrs.field(factory=dict)
     viscous: dict[str, np.ndarray] = attrs.field(factory=dict)
+    losses: dict[str, np.ndarray] = attrs.field(factory=dict)
+    heat: Heat | None = None
 
 
 def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
@@ -56,6 +60,8 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
         outside_cubic=parts.outside_cubic,
         drive=direct,
         parametric=parametric,
+        losses=parts.losses,
+        heat=parts.heat,
         shapes=parts.shapes,
         static=parts.static,
         diagnostics=parts.diagnostics | told,
