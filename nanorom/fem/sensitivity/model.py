@@ -23,6 +23,7 @@ from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
 from nanorom.fem.sensitivity import shapes, tensors
 from nanorom.fem.sensitivity.shapes import BENDING, POISSON, TENSION_X, TENSION_Y
 from nanorom.fem.solvers.groups import split
+from nanorom.fem.statics.state import Units
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.rom.patterns import reduced
 from nanorom.scene.geometry import Disc
@@ -101,6 +102,8 @@ def check(scene: Scene) -> None:
     check_of_plates(scene, "a scene whose derivatives are asked for")
     if not scene.flat:
         raise SceneError("load, plate.initial_shape: derivatives are those of a flat film")
+    if scene.masses or scene.gas is not None:
+        raise SceneError("mass, gas: found; allowed with derivatives: none of them")
     if scene.support.springs or any(isinstance(kind, Edge) for kind in scene.support.kinds):
         raise SceneError("support: derivatives are those on rigid supports; found springs or Edge")
     if scene.tension.xy:
@@ -235,5 +238,9 @@ def _patterns(plan: Plan, modes: Modes, products: ModalProducts, longer: float =
     """Patterns of shapes, in SI, on a film that is longer by a factor. Collective."""
     area, slope = pattern_integrals(modes)
     own = attrs.evolve(products, area=area, slope=slope)
-    work = patterns.PolynomialWork(modes, own, longer * plan.scales.length)
+    length, units = (
+        plan.scales.length,
+        Units.of(plan.scene, plan.scales.length, plan.scales.tension),
+    )
+    work = patterns.PolynomialWork(modes, own, longer * length, units.deflection)
     return reduced(work, plan.scene.drive)
