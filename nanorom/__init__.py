@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
+    from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.verified import Verified
     from nanorom.rom.manifold.reduced import manifold
     from nanorom.rom.model import ReducedModel
@@ -32,13 +33,14 @@ if TYPE_CHECKING:
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
-    from nanorom.workflow import full_orbit, reduce, run, tune, verify
+    from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
     "errors": ("NanoromError",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
+    "results.sensitivity": ("Sensitivity",),
     "results.verified": ("Verified",),
     "rom.manifold.reduced": ("manifold",),
     "rom.model": ("ReducedModel",),
@@ -78,6 +80,7 @@ _HOMES = {
         "full_orbit",
         "reduce",
         "run",
+        "sensitivity",
         "tune",
         "verify",
     ),
@@ -110,6 +113,7 @@ __all__ = [
     "Reduction",
     "Response",
     "Scene",
+    "Sensitivity",
     "Shapes",
     "Spring",
     "Stack",
@@ -123,6 +127,7 @@ __all__ = [
     "reduce",
     "respond",
     "run",
+    "sensitivity",
     "tune",
     "verify",
 ]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Format(NamedTuple):
-    """What a format takes, and its writers.
+    """What a format takes, and its writers; made without attrs, which the command line spares.
 
     suffix: usual one of its files or folders
     system(system, path, omega, direct, parametric): modal equations at a drive level, for a range

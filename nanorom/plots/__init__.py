@@ -7,8 +7,10 @@ from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.motion import animate
+from nanorom.plots.peaks import peaks_figure
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
+from nanorom.plots.sensitivity import sensitivity_figure
 from nanorom.plots.verified import verified_figure
 
 __all__ = [
@@ -22,7 +24,9 @@ __all__ = [
     "load_curve",
     "mode_gallery",
     "motion_figure",
+    "peaks_figure",
     "resonance_figure",
     "response_figure",
+    "sensitivity_figure",
     "verified_figure",
 ]

@@ -87,6 +87,13 @@ class ModalProducts:
 
 def modal_products(modes: Modes) -> ModalProducts:
     """Modal matrices from the assembled operators, patterns by quadrature. Collective."""
+    mass = modes.modal(dict.fromkeys(modes.parities, modes.mass))
+    area, slope = pattern_integrals(modes)
+    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)
+
+
+def pattern_integrals(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
+    """int phi (L,) and int grad phi . grad phi (L, L) over the whole film. Collective."""
     plate, shapes = modes.plate, modes.shapes
     n_modes = shapes.shape[1]
     comm, copies = plate.domain.comm, plate.mirrors.copies
@@ -100,5 +107,4 @@ def modal_products(modes: Modes) -> ModalProducts:
     parities = modes.parities
     slope[[[a != b for b in parities] for a in parities]] = 0.0
     area[[parity != plate.mirrors.even for parity in parities]] = 0.0
-    mass = modes.modal(dict.fromkeys(parities, modes.mass))
-    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)
+    return area, slope
