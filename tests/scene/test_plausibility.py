@@ -52,7 +52,9 @@ def noted(scene):
 PAPER = attrs.evolve(DRUM, **excited(Drive("40 Pa", "6 mN/m"), Sweep("19 MHz", "90 MHz")))
 
 
-@pytest.mark.parametrize("scene", [DRUM, STRING, PAPER, attrs.evolve(DRUM, load=Load(pressure="1 MPa"))])
+@pytest.mark.parametrize(
+    "scene", [DRUM, STRING, PAPER, attrs.evolve(DRUM, load=Load(pressure="1 MPa"))]
+)
 def test_devices_are_not_remarked_on(scene):
     assert noted(scene) == []
 

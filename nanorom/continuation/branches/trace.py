@@ -153,6 +153,8 @@ class Tracer:
         )
         last = march.start[0]
         for (here, _), (last, _) in march:  # noqa: B007
+            if self.settings.step is not None:
+                self.settings.step(here.rate(here.length), self.period_multiple)
             yield here
         if march.ending != "end":
             self.ending = march.ending

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from nanorom.continuation.branches.start import (
     follow_closed,
 )
 from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
 from nanorom.continuation.diagrams.window import Window
@@ -50,6 +51,7 @@ def explore(
     seeds: Sequence[PeriodicOrbit] = (),
     folds: Sequence[PeriodicOrbit] = (),
     known: Diagram | None = None,
+    watch: Callable[[Course], None] | None = None,
 ) -> Diagram:
     """All branches of periodic orbits that are connected to the response from rest, with their
     special points.
@@ -78,6 +80,8 @@ def explore(
         As seeds, orbits near folds of such branches.
     known : Diagram
         The diagram of this level, if it was explored before: only what the seeds lead to is added.
+    watch : callable
+        Told after every step what the diagram has come to.
 
     Returns
     -------
@@ -93,7 +97,10 @@ def explore(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
     scaled = with_symmetries(system.scaled(direct, parametric))
-    explorer = _Explorer(Record(scaled, (low, high), settings), (direct, parametric))
+    record = Record(scaled, (low, high), settings)
+    if watch is not None:
+        record.watched(watch)
+    explorer = _Explorer(record, (direct, parametric))
     return explorer.diagram(known, seeds, folds)
 
 

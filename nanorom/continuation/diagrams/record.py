@@ -5,15 +5,18 @@ special points; what could not be followed is noted.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import attrs
 import numpy as np
 
 from nanorom.continuation.arrays import without_round_off
+from nanorom.continuation.branches.accuracy import truncation
 from nanorom.continuation.branches.path import Path, Place
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.shooting_branch import Takeover
 from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.isolas import is_near
 from nanorom.continuation.diagrams.reach import within_reach
@@ -34,7 +37,6 @@ from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
-TRUNCATION = 1e-11  # of multipliers that only tell where points are; confirmation has finer ones
 BUDGET = 2  # most steps of all branches together, by those of one
 IDENTIFYING = 3  # points of a branch that tell it from others
 LAST_PART = 0.9  # of the last step, where shooting takes the direction from
@@ -69,7 +71,7 @@ class Record:
         self.scaled, self.settings = scaled, settings
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
         self.range = within_reach(scaled, (low, high))
-        self.floquet = FloquetSolver(scaled, truncation=TRUNCATION)
+        self.floquet = FloquetSolver(scaled, truncation(scaled))  # confirmation has a finer one
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
         self.paths: list[Path] = []
@@ -82,6 +84,15 @@ class Record:
         self.known: list[Branch] = []  # followed before: their paths are not at hand
         if self.range[0] > low:
             self.leave("window", self.range[0], "not followed below, where all follows the drive")
+
+    def watched(self, watch: Callable[[Course], None]) -> None:
+        """Tell after every step what the diagram has come to."""
+
+        def step(rate: float, period_multiple: int) -> None:
+            omega = rate * period_multiple * self.scaled.frequency
+            watch(Course(len(self.branches), len(self.points), omega))
+
+        self.settings = replace(self.settings, step=step)
 
     def begin_with(self, diagram: Diagram) -> None:
         """Go on from what was found before."""

@@ -143,11 +143,11 @@ def _zero(
     tracer = path.tracer
     test = detected.kind.condition.critical(path.symmetric, detected.multiplicity)
 
-    def critical(points: list[float]) -> list[float]:
+    def critical(points: list[float], by: FloquetSolver = path.floquet) -> list[float]:
         if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
-        eigenvalues = path.monodromy(orbits, floquet)[1]
+        eigenvalues = path.monodromy(orbits, by)[1]
         slopes = [series.rate_slope(a) for a in points]
         return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 
@@ -161,8 +161,9 @@ def _zero(
             raise ContinuationError("no zero in the neighbourhood")
         if abs(change) < min(
             LAST_SECANT * window, IN_TONGUE * tracer.accuracy.loss
-        ):  # the secant's next change is its square
-            return a + change
+        ):  # the secant's next change is its square, but for what its multipliers are off by
+            a += change
+            return a - critical([a], floquet)[0] / slope
         before, a = here, a + change
         here = critical([a])[0]
         slope = (here - before) / change
