@@ -6,6 +6,7 @@ from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.motion import animate
+from nanorom.plots.reading import reading_figure
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
 from nanorom.plots.verified import verified_figure
@@ -20,6 +21,7 @@ __all__ = [
     "load_curve",
     "mode_gallery",
     "motion_figure",
+    "reading_figure",
     "resonance_figure",
     "response_figure",
     "verified_figure",

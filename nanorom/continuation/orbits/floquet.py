@@ -30,7 +30,8 @@ from nanorom.types import Array
 BATCH_DOUBLES = 400_000
 SupportKey = tuple[bytes, tuple[int, ...]]
 TRUNCATION = 1e-13  # last terms of the series, relative to the map
-SPLITTING, MANY = 1e-10, 4  # truncation and modes from which splitting costs less than a series
+COARSE = 1e-10  # truncation from which splitting costs less than a series
+FINE = 1e-11  # at which a series costs little more than at a coarser one
 DIGITS = 10  # of moduli that tell multipliers apart when they are sorted
 TINY = 1e-300  # modulus below which none is told from zero
 
@@ -92,11 +93,10 @@ class FloquetSolver:
     def _variation(self, part: Part) -> Variation | Splitting:
         if part not in self._variations:
             given = part.damping, part.inertia
-            splits = self.truncation >= SPLITTING and part.size >= MANY
             self._variations[part] = (
                 Splitting(part.damping.diagonal().copy(), self.truncation)
-                if splits and Splitting.serves(*given, part.has_loss)
-                else Variation(*given, self.truncation)
+                if self.truncation >= COARSE and Splitting.serves(*given, part.has_loss)
+                else Variation(*given, min(self.truncation, FINE))
             )
         return self._variations[part]
 

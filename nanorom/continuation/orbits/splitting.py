@@ -31,6 +31,7 @@ _TURNS = (
     -0.246331761062075,
     0.357208872795928,
 )
+MANY = 4  # modes
 MOST_INTERVALS = 16384
 LEAST_INTERVALS = 4
 MARGIN = 1.05  # more intervals than the error asks for
@@ -69,9 +70,9 @@ class Splitting:
 
     @staticmethod
     def serves(damping: Array, inertia: Array, has_loss: bool) -> bool:
-        """Whether modes are damped one by one, by a constant."""
+        """Whether modes are damped one by one, by a constant, and are so many that it pays."""
         alone = np.array_equal(damping, np.diag(damping.diagonal()))
-        return bool(inertia.all()) and not has_loss and alone
+        return len(damping) >= MANY and bool(inertia.all()) and not has_loss and alone
 
     def propagate(
         self, stiffness: Array, damping: Array | None, rates: Array, intervals: int, half: bool
