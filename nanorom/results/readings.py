@@ -21,7 +21,7 @@ REFERENCE = 1e-9  # m: decibels are those of nanometres
 COLUMNS = {"x": "m", "y": "m", "phase": "rad", "decibel": "dB re 1 nm"}
 
 
-@attrs.frozen(eq=False)
+@attrs.define(eq=False)
 class _Orbits:
     """What `readout` asks for."""
 

@@ -51,8 +51,10 @@ def columns(
 def _readings(response: Response, output: Output, harmonic: object) -> Iterator[Readout]:
     """In the order of `_rows`."""
     for diagram in response.diagrams:
-        for orbits in (*diagram.branches, *diagram.special_points):
-            yield readings.reading(response, orbits, output, harmonic)
+        for branch in diagram.branches:
+            yield readings.reading(response, branch, output, harmonic)
+        for point in diagram.special_points:
+            yield readings.reading(response, point, output, harmonic)
 
 
 def headings(response: Response) -> dict[str, str]:

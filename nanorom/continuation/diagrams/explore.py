@@ -18,6 +18,7 @@ from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
+from nanorom.continuation.diagrams.subharmonics import stretches
 from nanorom.continuation.diagrams.window import Window
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
@@ -119,6 +120,7 @@ class _Explorer:
             if known is None:
                 self._base()
                 self._bifurcating()
+                self._subharmonic()
             else:
                 self.record.begin_with(known)
             return self._with_isolas(seeds, folds)
@@ -127,6 +129,18 @@ class _Explorer:
                 f"numbers that are no longer finite, or a singular matrix ({error}); "
                 "allowed: a weaker drive, or a range farther from such motion"
             ) from None
+
+    def _subharmonic(self) -> None:
+        """Branches of one, three and five periods of the drive that nothing leads to."""
+        try:
+            for stretch in stretches(self.scaled, self.record.range, self.settings.reach):
+                if not any(self._isolated(start, tell=False) for start in stretch.starts):
+                    why = f"orbits of {stretch.order} period(s) may be near; none was found"
+                    self.record.leave("start", stretch.omega, why)
+                self._bifurcating()
+        except ContinuationError as error:
+            why = f"apart from others, orbits were not looked for everywhere: {error}"
+            self.record.leave("start", self.record.range[0], why)
 
     def _with_isolas(
         self, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
@@ -196,12 +210,20 @@ class _Explorer:
             return tracer.orbit(steps[-1], steps[-1].length)
         return self.record.scaled_orbit(self.record.branches[-1].orbit(-1))
 
-    def _isolated(self, seed: Orbit, support: Support | None = None, at_fold: bool = False) -> None:
-        """The branch near an orbit, say of another level, unless there is none or it is known."""
+    def _isolated(
+        self,
+        seed: Orbit,
+        support: Support | None = None,
+        at_fold: bool = False,
+        tell: bool = True,
+    ) -> bool:
+        """The branch near an orbit, say of another level, unless it is known; whether there is
+        one.
+        """
         p = seed.period_multiple
         low, high = self.record.range
         if not low < seed.omega < high and p == 1:
-            return
+            return False
         if support is None:
             support = full_support(self.scaled, p)
         if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
@@ -214,23 +236,25 @@ class _Explorer:
             else:
                 orbit, _ = tracer.solve(seed, fixed_rate)
         except ContinuationError as error:
-            if not self.record.known:  # a level need not have what another one has
+            if tell and not self.record.known:  # a level need not have what another one has
                 self.record.leave("start", seed.omega, f"from a seed: {error}")
-            return
-        if _is_shorter(orbit) or not self.record.is_new(orbit):
-            return
+            return False
+        if _is_shorter(orbit):
+            return False
+        if not self.record.is_new(orbit):
+            return True
         steps = follow_closed(tracer, orbit, 1.0, rates)
         if tracer.ending != "closed":  # from end to end
             steps = follow_closed(tracer, orbit, -1.0, rates) or steps
         if not steps:
-            return
+            return False
         if tracer.ending != "closed":
             end = tracer.orbit(steps[-1], steps[-1].length)
             slope = steps[-1].rate_slope(steps[-1].length)
             steps = follow_closed(tracer, end, -1.0 if slope > 0 else 1.0, rates)
-        if not steps or self.record.is_known(tracer, steps):
-            return
-        self.record.add(tracer, steps, None, 0 if p == 1 else 1)
+        if steps and not self.record.is_known(tracer, steps):
+            self.record.add(tracer, steps, None, 0 if p == 1 else 1)
+        return bool(steps)
 
     def _switch(self, node: Node) -> None:
         if node.reached and node.kind.period_factor > 1:
