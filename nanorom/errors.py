@@ -49,3 +49,7 @@ class AmbiguityWarning(UserWarning):
 
 class AccuracyWarning(UserWarning):
     """A result is less accurate than was asked for; the message says by how much."""
+
+
+class ScaleWarning(UserWarning):
+    """Measured data have a scale that is not known; the message says which was taken."""

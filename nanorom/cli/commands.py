@@ -206,7 +206,7 @@ def identify_command(options: argparse.Namespace) -> None:
     if options.output is not None:
         check_directory(options.output)
     scene = Scene.from_file(options.scene)
-    measured = Resonances.from_file(options.measured)
+    measured = Resonances.from_file(options.measured, _columns(options))
     unknowns = USUAL if options.unknowns is None else options.unknowns.split(",")
     found = identify(scene, measured, unknowns)
     print(report.identification_text(found))
@@ -216,6 +216,17 @@ def identify_command(options: argparse.Namespace) -> None:
         make_directory(options.output)
         found.save_scene(options.output / "identified.toml")
         resonance_figure(found, options.output / "resonances.png")
+
+
+def _columns(options: argparse.Namespace) -> dict[str, str]:
+    """What columns of a measurement are called, by what they are."""
+    found = {}
+    for part in filter(None, (options.columns or "").split(",")):
+        quantity, sign, name = part.partition("=")
+        if not sign:
+            raise FileError(f"--columns: found {part!r}; allowed: frequency=NAME,amplitude=NAME")
+        found[quantity.strip()] = name.strip()
+    return found
 
 
 def plot_command(options: argparse.Namespace) -> None:
@@ -229,7 +240,7 @@ def plot_command(options: argparse.Namespace) -> None:
     if options.data is not None:
         from nanorom.measurement.data import MeasuredResponse
 
-        measured = MeasuredResponse.from_file(options.data)
+        measured = MeasuredResponse.from_files(options.data, _columns(options))
     make_directory(directory)
     if options.read is not None:
         from nanorom.plots.files import draw_reading

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nanorom.cli import commands
+from nanorom.export import formats
 
 
 class Command(NamedTuple):
@@ -112,8 +113,7 @@ def _export(parser: argparse.ArgumentParser) -> None:
         "--to",
         required=True,
         metavar="FORMAT",
-        help="auto, coco, matlab, csv, poscidyn, verilog-a, fmu, vtk; "
-        "of a response: csv, matlab, vtk",
+        help=f"{formats.names(False)}; of a response: {formats.names(True)}",
     )
     parser.add_argument(
         "-o",
@@ -147,6 +147,7 @@ def _identify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "measured", type=Path, metavar="MEASURED", help="CSV: frequency, label, ..."
     )
+    _add_columns(parser)
     parser.add_argument(
         "--unknowns",
         metavar="NAMES",
@@ -162,9 +163,11 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--data",
         type=Path,
+        nargs="+",
         metavar="MEASURED",
-        help="CSV to draw over a response: frequency, amplitude (unit), sweep, level",
+        help="tables to draw over a response: frequency, amplitude (unit), sweep, level",
     )
+    _add_columns(parser)
     parser.add_argument(
         "--read",
         metavar="OUTPUT",
@@ -214,6 +217,14 @@ def _bench(parser: argparse.ArgumentParser) -> None:
 
 def _add_scene(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+
+
+def _add_columns(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help="which columns of a table are meant, by name or number: frequency=f0,amplitude=3",
+    )
 
 
 def _add_overrides(parser: argparse.ArgumentParser) -> None:

@@ -13,6 +13,7 @@ from nanorom.continuation import PeriodicOrbit
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import FileError, SceneError
 from nanorom.export.formats import FORMATS, Format
+from nanorom.files.stored import call
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import aimed, driven
@@ -47,7 +48,7 @@ def export(
         for an unknown format or a target that cannot be written.
     """
     write = _format(to).system
-    if write is None:
+    if not write:
         raise FileError(f"export: {to} is for a model with its mode shapes; export the model")
     if system.drives or system.states is not None:
         raise FileError(
@@ -56,7 +57,7 @@ def export(
         )
     path = Path(target)
     try:
-        write(system, path, omega, direct, parametric)
+        call(write, system, path, omega, direct, parametric)
     except OSError as error:
         raise FileError(f"export: cannot write {path}: {error.strerror}") from None
     return path
@@ -69,10 +70,10 @@ def export_response(response: Response, to: str, target: str | os.PathLike[str])
     for another format and a target that cannot be written.
     """
     write = _format(to).response
-    if write is None:
+    if not write:
         able = ", ".join(name for name, each in FORMATS.items() if each.response)
         raise FileError(f"export: {to} is for models; a response goes to {able}")
-    write(response, Path(target))
+    call(write, response, Path(target))
     return Path(target)
 
 
@@ -85,10 +86,10 @@ def export_motion(
     ModelError if the model has no shapes.
     """
     write = _format(to).motion
-    if write is None:
+    if not write:
         able = ", ".join(name for name, each in FORMATS.items() if each.motion)
         raise FileError(f"export: {to} is not for motions; those go to {able}")
-    write(model, orbit, Path(target))
+    call(write, model, orbit, Path(target))
     return Path(target)
 
 
@@ -151,8 +152,8 @@ def export_model(
         for a target, a level or a model that does not do.
     """
     whole = _format(to).model
-    if whole is not None:
-        whole(model, Path(target))
+    if whole:
+        call(whole, model, Path(target))
         return Path(target)
     drive, sweep, damping = _excitation_of(model, excitation)
     if damping is not None:

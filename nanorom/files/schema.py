@@ -222,6 +222,18 @@ def note(kind: str, meaning: str) -> dict[str, Any]:
     return {SCHEMA: Note(kind, meaning)}
 
 
+def renamed(metadata: Mapping[str, Any], axis: str, other: str) -> dict[str, Any]:
+    """Metadata of an array, or of a dictionary of such, with another letter for an axis."""
+
+    def item(own: Item) -> Item:
+        return attrs.evolve(own, axes=tuple(other if a == axis else a for a in own.axes))
+
+    entry = metadata[SCHEMA]
+    if isinstance(entry, Family):
+        return {SCHEMA: attrs.evolve(entry, item=item(entry.item))}
+    return {SCHEMA: item(entry)}
+
+
 def entries(cls: type[Any]) -> dict[str, Entry]:
     """What the fields of a class are, by name, in their order."""
     found: dict[str, Entry] = {}

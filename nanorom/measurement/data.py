@@ -1,25 +1,33 @@
-"""Measured data from CSV files: resonance frequencies, and responses to lay over a model's.
+"""Measured data from text files: resonance frequencies, responses, ring-downs.
 
-The first line names the columns; a unit may stand behind a name in brackets, "frequency (MHz)",
-or with every value.  Columns that are not known are left alone, lines from # on are comments.
+A line names the columns; a unit may stand behind a name, "frequency (MHz)", "f/MHz", or with every
+value.  Names are those of `columns.SYNONYMS`, or are chosen.  Columns that are not known are left
+alone, and so are rows without a value.
 """
 
 from __future__ import annotations
 
-import csv
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import attrs
 import numpy as np
 
-from nanorom.errors import FileError, SceneError
-from nanorom.scene.units import to_si
+from nanorom.errors import FileError
+from nanorom.measurement.columns import is_decibel, is_length
+from nanorom.measurement.table import Table
 from nanorom.types import Array
 
-LARGEST_FILE = 50_000_000  # bytes
-_PLAIN = re.compile(r"[-+.\deE]+")
-_HEADING = re.compile(r"\s*([A-Za-z_ ]+?)\s*(?:[(\[]\s*(.*?)\s*[)\]])?\s*")
+ARBITRARY = "a.u."
+DIRECTIONS = {
+    "up": ("up", "forward", "fwd", "fw", "increasing", "rising", "hin", "+", "1", "+1", "upsweep"),
+    "down": ("down", "backward", "bwd", "bw", "decreasing", "falling", "rück", "-1", "downsweep"),
+}
+_LEVEL = re.compile(
+    r"(?<![A-Za-z0-9.])([-+]?|m(?=\d)|minus_?)(\d+(?:[.,p]\d+)?)\s*_?"
+    r"(dBm|dBV|dB|[munµ]?V(?:pp|rms)?|[munµ]?W|[munpµf]?N|[munµk]?Pa|mN/m)(?![A-Za-z])"
+)
 
 
 @attrs.frozen(eq=False)
@@ -34,23 +42,29 @@ class Resonances:
     uncertainty: Array | None = None
 
     @classmethod
-    def from_file(cls, path: str | Path) -> Resonances:
-        """Read columns frequency, label (optional) and uncertainty (optional); raises FileError."""
-        table = _Table(path)
-        frequency = table.numbers("frequency", "Hz", "Hz")
+    def from_file(cls, path: str | Path, columns: Mapping[str, str] | None = None) -> Resonances:
+        """Read columns frequency, label (optional) and uncertainty (optional); raises FileError.
+
+        columns : of these names, what they are called in the file, or their numbers from 1.
+        """
+        table = Table(path, columns)
+        frequency = _positive(table, "frequency")
+        kept = np.flatnonzero(~np.isnan(frequency))
         uncertainty = None
-        if "uncertainty" in table.columns:
-            uncertainty = table.numbers("uncertainty", "Hz", table.units["frequency"] or "Hz")
-        if (frequency <= 0).any():
-            raise FileError(f"{path}: frequency: found a value that is not greater than 0")
-        if uncertainty is not None and (uncertainty <= 0).any():
-            raise FileError(f"{path}: uncertainty: found a value that is not greater than 0")
+        if "uncertainty" in table:
+            uncertainty = table.numbers("uncertainty", "Hz", table.unit("frequency") or "Hz")
+            for row in kept:
+                if not uncertainty[row] > 0:
+                    raise FileError(
+                        f"{path}: line {table.line[row]}, uncertainty: found "
+                        f"{uncertainty[row]:g}; allowed: greater than 0, or no such column"
+                    )
         label = table.text("label")
-        known = [name for name in label if name]
+        known = [label[row] for row in kept if label[row]]
         twice = sorted({name for name in known if known.count(name) > 1})
         if twice:
             raise FileError(f"{path}: label: found {twice[0]!r} more than once")
-        order = np.argsort(frequency, kind="stable")
+        order = kept[np.argsort(frequency[kept], kind="stable")]
         return cls(
             frequency[order],
             tuple(label[i] for i in order),
@@ -62,111 +76,176 @@ class Resonances:
 class Trace:
     """A measured response in one sweep: frequency (n,) Hz and amplitude (n,), level and direction.
 
-    direction: "up", "down" or "" where it is not known; level: as in the file.
+    direction: "up", "down" or "" where it is not known; level: as in the file, with the unit of
+    its column; phase: (n,) rad, or None where it was not measured.
     """
 
     frequency: Array
     amplitude: Array
     level: str
     direction: str
+    phase: Array | None = None
 
 
 @attrs.frozen(eq=False)
 class MeasuredResponse:
-    """A measured response: its traces, and the unit of their amplitudes.
+    """A measured response: its traces, the unit of their amplitudes, rows that had no value.
 
-    unit: "m" where the amplitude is a length, else as in the file ("mV", "a.u.", "dBm").
+    unit: "m" where the amplitude is a length, else as in the file ("mV", "a.u.", "dBm"), or "".
     """
 
     traces: tuple[Trace, ...]
     unit: str
+    left_out: int = 0
 
     @classmethod
-    def from_file(cls, path: str | Path) -> MeasuredResponse:
-        """Read columns frequency, amplitude, level and sweep (the last two optional).
+    def from_file(
+        cls, path: str | Path, columns: Mapping[str, str] | None = None
+    ) -> MeasuredResponse:
+        """Read columns frequency, amplitude (or x and y), phase, level and sweep.
 
-        The heading of the amplitude has its unit; sweep is up or down.  Raises FileError.
+        The last three are optional.  Level and direction are taken from the file's name where it
+        has no such column: "-10dBm_up.csv".
+        columns : of these names, what they are called in the file.  Raises FileError.
         """
-        table = _Table(path)
-        frequency = table.numbers("frequency", "Hz", "Hz")
-        if (frequency <= 0).any():
-            raise FileError(f"{path}: frequency: found a value that is not greater than 0")
-        unit = table.units.get("amplitude", "")
-        if "amplitude" in table.columns and not unit:
-            raise FileError(
-                f"{path}: amplitude: found no unit; name the column 'amplitude (nm)', "
-                "'amplitude (mV)' or 'amplitude (a.u.)'"
-            )
-        amplitude = table.numbers("amplitude", "m" if is_length(unit) else "")
-        level, direction = table.text("level"), table.text("sweep")
-        for line, word in enumerate(direction, 2):
-            if word not in ("up", "down", ""):
-                raise FileError(f"{path}: line {line}, sweep: found {word!r}; allowed: up, down")
+        table = Table(path, columns)
+        frequency = _positive(table, "frequency")
+        amplitude, unit, phase = _amplitude(table)
+        level, direction = _level(table), _direction(table)
+        whole = ~(np.isnan(frequency) | np.isnan(amplitude))
+        if not whole.any():
+            raise FileError(f"{path}: no row has both a frequency and an amplitude")
         kinds = list(zip(level, direction))
         traces = []
-        for kind in dict.fromkeys(kinds):
-            own = np.array([other == kind for other in kinds])
-            traces.append(Trace(frequency[own], amplitude[own], *kind))
-        return cls(tuple(traces), "m" if is_length(unit) else unit)
+        for kind in dict.fromkeys(kind for kind, row in zip(kinds, whole) if row):
+            own = whole & np.array([other == kind for other in kinds])
+            traces.append(
+                Trace(frequency[own], amplitude[own], *kind, None if phase is None else phase[own])
+            )
+        return cls(tuple(traces), unit, int((~whole).sum()))
+
+    @classmethod
+    def from_files(
+        cls, paths: Sequence[str | Path], columns: Mapping[str, str] | None = None
+    ) -> MeasuredResponse:
+        """Read several files as one measurement, such as one for each level; raises FileError."""
+        found = [cls.from_file(path, columns) for path in paths]
+        units = list(dict.fromkeys(each.unit for each in found))
+        if len(units) != 1:
+            told = ", ".join(f"{each.unit} in {path}" for path, each in zip(paths, found))
+            raise FileError(f"amplitude: found {told or 'no file'}; allowed: one unit in all files")
+        traces = [
+            trace if trace.level or len(found) == 1 else attrs.evolve(trace, level=Path(path).stem)
+            for path, each in zip(paths, found)
+            for trace in each.traces
+        ]
+        return cls(tuple(traces), units[0], sum(each.left_out for each in found))
+
+    def linear(self) -> MeasuredResponse:
+        """With amplitudes in place of decibels: by one volt of dBV, else by the largest of all."""
+        if not is_decibel(self.unit):
+            return self
+        volts = self.unit.lower() == "dbv"
+        largest = 0.0 if volts else max(float(trace.amplitude.max()) for trace in self.traces)
+        traces = [
+            attrs.evolve(trace, amplitude=10 ** ((trace.amplitude - largest) / 20))
+            for trace in self.traces
+        ]
+        unit = "V" if volts else f"{ARBITRARY}, from {self.unit}"
+        return attrs.evolve(self, traces=tuple(traces), unit=unit)
 
 
-class _Table:
-    """Columns of a CSV file as text, with their units."""
+@attrs.frozen(eq=False)
+class RingdownRecord:
+    """An amplitude that rings down: time (n,) s, rising; amplitude (n,) in its unit.
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
-        try:
-            if self.path.stat().st_size > LARGEST_FILE:
-                raise FileError(f"{path}: larger than {LARGEST_FILE // 1_000_000} MB")
-            text = self.path.read_text(encoding="utf-8-sig")
-        except FileNotFoundError:
-            raise FileError(f"{path}: no such file") from None
-        except (OSError, UnicodeDecodeError) as error:
-            raise FileError(f"{path}: cannot be read as text: {error}") from None
-        kept = [line for line in text.splitlines() if line.strip() and line.strip()[0] != "#"]
-        separator = ";" if kept and ";" in kept[0] else ","
-        try:
-            rows = [[c.strip() for c in row] for row in csv.reader(kept, delimiter=separator)]
-        except csv.Error as error:
-            raise FileError(f"{path}: not a CSV file: {error}") from None
-        if len(rows) < 2:
-            raise FileError(f"{path}: found no data; expected a line of column names, then values")
-        self.units: dict[str, str] = {}
-        self.columns: dict[str, list[str]] = {}
-        for number, heading in enumerate(rows[0]):
-            match = _HEADING.fullmatch(heading)
-            name = (match[1] if match else heading).lower()
-            self.units[name] = (match and match[2]) or ""
-            self.columns[name] = [row[number] if number < len(row) else "" for row in rows[1:]]
+    frequency: (n,) Hz of the motion, or None where neither it nor a phase was measured.
+    """
 
-    def text(self, name: str) -> tuple[str, ...]:
-        """A column as it stands; empty strings where there is none."""
-        length = len(next(iter(self.columns.values())))
-        return tuple(self.columns.get(name, [""] * length))
+    time: Array
+    amplitude: Array
+    unit: str
+    frequency: Array | None = None
 
-    def numbers(self, name: str, unit: str, default: str = "") -> Array:
-        """A column in an SI unit, or as it stands where that is ""; raises FileError.
+    @classmethod
+    def from_file(
+        cls, path: str | Path, columns: Mapping[str, str] | None = None
+    ) -> RingdownRecord:
+        """Read columns time, amplitude (or x and y) and frequency (optional).
 
-        ``default`` is the unit of a heading that has none.
+        columns : of these names, what they are called in the file.  Raises FileError.
         """
-        if name not in self.columns:
-            found = ", ".join(self.columns)
-            raise FileError(f"{self.path}: found no column {name!r}; it has {found}")
-        shown = (self.units[name] or default) if unit else ""
-        values = []
-        for line, cell in enumerate(self.columns[name], 2):
-            text = f"{cell} {shown}" if _PLAIN.fullmatch(cell) else cell
-            try:
-                values.append(to_si(text, unit or "1", f"line {line}, {name}"))
-            except SceneError as error:
-                raise FileError(f"{self.path}: {error}") from None
-        return np.array(values)
+        table = Table(path, columns)
+        time = table.numbers("time", "s", "s")
+        amplitude, unit, _ = _amplitude(table)
+        frequency = table.numbers("frequency", "Hz", "Hz") if "frequency" in table else None
+        whole = np.flatnonzero(~(np.isnan(time) | np.isnan(amplitude)))
+        if is_decibel(unit):
+            amplitude = 10 ** ((amplitude - np.nanmax(amplitude)) / 20)
+            unit = f"{ARBITRARY}, from {unit}"
+        order = whole[np.argsort(time[whole], kind="stable")]
+        own = None if frequency is None else frequency[order]
+        return cls(time[order], amplitude[order], unit, own)
 
 
-def is_length(unit: str) -> bool:
-    """Whether a unit is one of length."""
-    try:
-        to_si(f"1 {unit}", "m", "unit")
-    except SceneError:  # of another dimension, or unknown
-        return False
-    return True
+def has_time(path: str | Path, columns: Mapping[str, str] | None = None) -> bool:
+    """Whether a file is a record in time; raises FileError."""
+    return "time" in Table(path, columns)
+
+
+def _positive(table: Table, quantity: str) -> Array:
+    """Frequencies in Hz, NaN where there are none; raises FileError."""
+    values = table.numbers(quantity, "Hz", "Hz")
+    for line, value in zip(table.line, values.tolist()):
+        if value <= 0:
+            raise FileError(
+                f"{table.path}: line {line}, {quantity}: found a value that is not greater than 0"
+            )
+    if np.isnan(values).all():
+        raise FileError(f"{table.path}: {quantity}: found no number")
+    return values
+
+
+def _amplitude(table: Table) -> tuple[Array, str, Array | None]:
+    """Amplitude and its unit, and the phase in rad if it was measured."""
+    if "amplitude" not in table and "x" in table and "y" in table:
+        unit = table.unit("x")
+        x, y = (table.numbers(name, "m" if unit and is_length(unit) else "") for name in "xy")
+        return np.hypot(x, y), _named(unit), np.asarray(np.arctan2(y, x))
+    unit = table.unit("amplitude")
+    amplitude = table.numbers("amplitude", "m" if unit and is_length(unit) else "")
+    phase = None
+    if "phase" in table:
+        phase = table.numbers("phase", "rad", "deg")
+    return amplitude, _named(unit), phase
+
+
+def _named(unit: str) -> str:
+    return "m" if unit and is_length(unit) else unit
+
+
+def _level(table: Table) -> list[str]:
+    """Level of each row as text, from its column or from the name of the file."""
+    if "level" in table:
+        unit = table.unit("level")
+        return [f"{cell} {unit}" if cell and unit else cell for cell in table.text("level")]
+    found = _LEVEL.search(table.path.stem)
+    if found is None:
+        return [""] * len(table.line)
+    sign = "-" if found[1].startswith(("-", "m")) else ""
+    return [f"{sign}{found[2].replace(',', '.').replace('p', '.')} {found[3]}"] * len(table.line)
+
+
+def _direction(table: Table) -> list[str]:
+    """Direction of each row, from its column or from the name of the file; raises FileError."""
+    if "sweep" not in table:
+        words = set(re.split(r"[\W_]+", table.path.stem.lower()))
+        told = [name for name in DIRECTIONS if words & {name, *DIRECTIONS[name][1:3]}]
+        return [told[0] if len(told) == 1 else ""] * len(table.line)
+    named = {word: name for name, words in DIRECTIONS.items() for word in words}
+    found = []
+    for line, word in zip(table.line, table.text("sweep")):
+        if word and word.lower() not in named:
+            raise FileError(f"{table.path}: line {line}, sweep: found {word!r}; allowed: up, down")
+        found.append(named.get(word.lower(), ""))
+    return found

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 from matplotlib.cm import autumn
 from matplotlib.lines import Line2D
 
-from nanorom.errors import FileError
+from nanorom.errors import FileError, ScaleWarning
 from nanorom.measurement.data import MeasuredResponse
-from nanorom.types import Array
 
 MARKERS = {"up": "^", "down": "v", "": "o"}
 BRIGHTEST = 0.6  # of the colour map
@@ -26,10 +26,15 @@ def draw_measured(
     """Points over a drawn response; returns what stands for them in a legend.
 
     length, frequency: factor and unit of the axes, the frequency's from rad/s.  Amplitudes that
-    are no lengths get an axis on the right, where their largest is as high as the model's;
-    decibels are turned into amplitudes by the largest.  Raises FileError if all are outside of
-    the axes.
+    are no lengths get an axis on the right, where their largest is as high as the model's, and
+    a ScaleWarning tells by which factor; decibels are turned into amplitudes.  Raises FileError
+    if they have no unit or all are outside of the axes.
     """
+    if not measured.unit:
+        raise FileError(
+            "measured data: amplitude: found no unit; name the column 'amplitude (nm)', "
+            "'amplitude (mV)' or 'amplitude (a.u.)'"
+        )
     low, high = axes.get_xlim()
     places = [2 * np.pi * frequency[0] * trace.frequency for trace in measured.traces]
     shown = [(low <= x) & (x <= high) for x in places]
@@ -38,11 +43,12 @@ def draw_measured(
             f"measured data: none of the frequencies is between {low:.6g} and {high:.6g} "
             f"{frequency[1]}, the range of the response"
         )
-    heights, unit = _linear(measured)
+    measured = measured.linear()
+    heights, unit = [trace.amplitude for trace in measured.traces], measured.unit
     if unit == "m":
         heights = [length[0] * y for y in heights]
     largest = max(float(y[own].max()) for y, own in zip(heights, shown) if own.any())
-    panel = _scaled(axes, largest) if unit == "m" else _own_axis(axes, largest, unit)
+    panel = _scaled(axes, largest) if unit == "m" else _own_axis(axes, largest, unit, length[1])
     levels = list(dict.fromkeys(trace.level for trace in measured.traces))
     colours = dict(zip(levels, autumn(np.linspace(0, BRIGHTEST, len(levels)))))
     handles = []
@@ -60,15 +66,6 @@ def draw_measured(
     return handles
 
 
-def _linear(measured: MeasuredResponse) -> tuple[list[Array], str]:
-    """Amplitudes of every trace and their unit; decibels become amplitudes by the largest."""
-    heights = [trace.amplitude for trace in measured.traces]
-    if not measured.unit.lower().startswith("db"):
-        return heights, measured.unit
-    largest = max(float(y.max()) for y in heights)
-    return [10 ** ((y - largest) / 20) for y in heights], f"a.u., from {measured.unit}"
-
-
 def _scaled(axes: Any, largest: float) -> Any:
     """The model's axes, made higher if they have to be."""
     bottom, top = axes.get_ylim()
@@ -76,13 +73,22 @@ def _scaled(axes: Any, largest: float) -> Any:
     return axes
 
 
-def _own_axis(axes: Any, largest: float, unit: str) -> Any:
+def _own_axis(axes: Any, largest: float, unit: str, length: str) -> Any:
     """An axis on the right; its zero and its largest value are as high as the model's."""
     panel = axes.twinx()
+    label = f"measured ({unit})"
     if largest > 0:
         bottom, top = axes.get_ylim()
         panel.set_ylim(MARGIN * largest * bottom / top, MARGIN * largest)
-    panel.set_ylabel(f"measured ({unit})")
+        factor = f"1 {unit.split(',')[0]} as {top / (MARGIN * largest):.3g} {length}"
+        label += f", drawn with {factor}"
+        warnings.warn(
+            f"measured data: their scale is not known; drawn with {factor}, which makes their "
+            "largest amplitude that of the model: heights agree by that alone",
+            ScaleWarning,
+            stacklevel=2,
+        )
+    panel.set_ylabel(label)
     panel.grid(False)
     panel.tick_params(length=2.5)
     panel.spines["top"].set_visible(False)

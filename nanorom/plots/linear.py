@@ -16,7 +16,6 @@ from nanorom.plots.style import (
     scaled,
     styled,
 )
-from nanorom.rom import patterns
 from nanorom.rom.linear import linear_response
 from nanorom.rom.model import ReducedModel
 
@@ -49,7 +48,7 @@ def linear_figure(
         frequency = np.unique(np.concatenate([np.linspace(low, high, POINTS), *near]))
         frequency = frequency[(frequency >= low) & (frequency <= high)]
         amplitude = linear_response(model, force[title], frequency)
-        deflection = np.abs(amplitude @ patterns.point(model.shapes, position))
+        deflection = np.abs(amplitude @ model.shapes.at(position))
         length = scaled(deflection, "m")
         axes.semilogy(unit * frequency, length[0] * deflection, color="C0")
         axes.set_xlim(unit * low, unit * high)

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 from numpy.typing import NDArray
 
-from nanorom.continuation.orbits.bifurcations import DOUBLING, KINDS, TORUS
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.measurement.data import MeasuredResponse
 from nanorom.plots.band import draw_band
 from nanorom.plots.curves import (
@@ -37,7 +37,8 @@ from nanorom.results.cut import cut_peaks
 from nanorom.results.response import Response
 from nanorom.types import Array
 
-MOTION_CHANGES = (DOUBLING.code, TORUS.code)  # folds and their like are seen without a mark
+# folds and their like are seen without a mark
+MOTION_CHANGES = tuple(code for code, kind in KINDS.items() if kind.changes_motion)
 
 Measure = Callable[[Array], Array]  # amplitudes (..., L) of all modes to the plotted one
 

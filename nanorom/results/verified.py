@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.continuation.orbits.bifurcations import FOLD
+from nanorom.continuation.orbits.bifurcations import turns
 from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.schema import array, note
 from nanorom.rom.arrays import as_optional
@@ -172,7 +172,7 @@ class Verified:
                 f"{label} {with_unit(value, 'm', 3)}" for label, value in self.missing(row)[:3]
             ]
             error, estimate = self.error[row], self.estimate[row]
-            if self.type[row] == FOLD.code:
+            if turns(self.type[row]):
                 error, estimate = self.error_omega[row], self.estimate_omega[row]
             found.append(
                 (
@@ -183,7 +183,7 @@ class Verified:
                     self.label[mode],
                     modal[row],
                     full[row],
-                    _number(error, "+.1e") + ("*" if self.type[row] == FOLD.code else ""),
+                    _number(error, "+.1e") + ("*" if turns(self.type[row]) else ""),
                     _number(estimate, ".1e"),
                     _number(self.residual[row], ".0e"),
                     ", ".join(names) or "-",
@@ -201,7 +201,7 @@ class Verified:
     def facts(self) -> list[str]:
         """What there is to say of all rows."""
         lines = [f"{int(self.solved.sum())} of {len(self)} orbits found in the film"]
-        if FOLD.code in self.type:
+        if any(turns(each) for each in self.type):
             lines.append("* of a fold: the error of its frequency")
         errors = np.abs(self.error[self.solved])
         if len(errors):

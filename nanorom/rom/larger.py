@@ -8,79 +8,25 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.files.schema import POTENTIAL, SYMMETRIC, Family, Item, array, entries, family
+from nanorom.files import schema
+from nanorom.files.schema import Family, Item, entries
 from nanorom.rom import tensors
-from nanorom.rom.arrays import (
-    as_array,
-    as_arrays,
-    as_integers,
-    as_names,
-    as_optional,
-    as_tensor,
-)
+from nanorom.rom.modal import Modal
 from nanorom.scene.excitation import Damping
 from nanorom.types import Array
 
 
-@attrs.frozen(eq=False, kw_only=True)
-class Larger:
+def _of_larger(cls: type, fields: list[Any]) -> list[Any]:
+    """The fields of a modal model, of N modes instead of L."""
+    return [field.evolve(metadata=schema.renamed(field.metadata, "L", "N")) for field in fields]
+
+
+@attrs.frozen(eq=False, kw_only=True, field_transformer=_of_larger)
+class Larger(Modal):
     """Arrays of a model of N modes, those of the reduced model among them, in the same units."""
 
-    frequency: Array = attrs.field(
-        converter=as_array, metadata=array("N", "Hz", "natural frequencies, sorted")
-    )
-    mass: Array = attrs.field(converter=as_array, metadata=array("N", "kg", "modal masses"))
-    label: tuple[str, ...] = attrs.field(
-        converter=as_names, metadata=array("N", "", "names of the modes", kind="name")
-    )
-    number: NDArray[np.int64] = attrs.field(
-        converter=as_integers, metadata=array("N", "1", "places among all modes, from 1")
-    )
-    stiffness: Array = attrs.field(
-        converter=as_array, metadata=array("N, N", "N/m", "K", symmetry=SYMMETRIC)
-    )
-    damping: Array = attrs.field(
-        converter=as_array, metadata=array("N, N", "kg/s", "C", symmetry=SYMMETRIC)
-    )
-    quadratic: Array = attrs.field(
-        converter=as_tensor, metadata=array("N, N, N", "N/m^2", "A", symmetry=POTENTIAL)
-    )
-    cubic: Array = attrs.field(
-        converter=as_tensor, metadata=array("N, N, N, N", "N/m^3", "B", symmetry=POTENTIAL)
-    )
-    outside_cubic: Array | None = attrs.field(
-        converter=as_optional,
-        default=None,
-        metadata=array(
-            "N, N, N, N", "N/m^3", "of what is beyond these modes", path="outside/cubic"
-        ),
-    )
-    drive: dict[str, Array] = attrs.field(
-        converter=as_arrays,
-        factory=dict,
-        metadata=family("N", "N per unit of the level", "force patterns J"),
-    )
-    parametric: dict[str, Array] = attrs.field(
-        converter=as_arrays,
-        factory=dict,
-        metadata=family("N, N", "N/m per unit of the level", "force patterns P"),
-    )
-    bending: Array | None = attrs.field(
-        converter=as_optional,
-        default=None,
-        metadata=array("N, N", "N/m", "part of K that a viscous material damps"),
-    )
-    stretching: Array | None = attrs.field(
-        converter=as_optional,
-        default=None,
-        metadata=array("N, N, N, N", "N/m^3", "part of B that it damps"),
-    )
-    cubic_damping: Array | None = attrs.field(
-        converter=as_optional, default=None, metadata=array("N, N, N, N", "N s/m^3", "D")
-    )
-
     @classmethod
-    def of(cls, model: Any) -> Larger:
+    def of(cls, model: Modal) -> Larger:
         """What a reduced model of N modes has."""
         return cls(**{name: getattr(model, name) for name in entries(cls)})
 
@@ -88,7 +34,7 @@ class Larger:
         """All of it by name, as a reduced model has it."""
         return {name: getattr(self, name) for name in entries(type(self))}
 
-    def matched(self, model: Any) -> Larger:
+    def matched(self, model: Modal) -> Larger:
         """The same with a reduced model's own arrays where all indices are of its modes.
 
         Both may be of different meshes: what an estimate tells is then what modes outside make.
@@ -113,6 +59,9 @@ class Larger:
 
     def places(self, label: tuple[str, ...]) -> NDArray[np.intp]:
         """Places (L,) of modes by their names; raises ValueError if one is not there."""
+        missing = [name for name in label if name not in self.label]
+        if missing:
+            raise ValueError(f"the larger model has no mode {', '.join(missing)}")
         return np.array([self.label.index(name) for name in label], dtype=np.intp)
 
 

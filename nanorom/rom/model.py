@@ -15,27 +15,22 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from nanorom.errors import FileError, ModelError
 from nanorom.files import hdf5, layout, schema, stored
-from nanorom.files.schema import POTENTIAL, SYMMETRIC, Item, array, family, members, note, part
+from nanorom.files.schema import POTENTIAL, SYMMETRIC, Item, members, note, part
 from nanorom.rom import tensors
 from nanorom.rom.arrays import (
-    as_array,
     as_arrays,
     as_copy,
-    as_integers,
-    as_names,
-    as_optional,
-    as_tensor,
 )
 from nanorom.rom.coefficients import Coefficient, Coefficients, place
 from nanorom.rom.larger import Larger
+from nanorom.rom.modal import Modal
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
-from nanorom.scene.patterns.pattern import ParametricPattern, Proportional
 from nanorom.scene.scene import MOST_MODES
 from nanorom.scene.units import with_unit
 from nanorom.types import Array
@@ -52,7 +47,7 @@ ROUND_OFF = 1e-9
 
 @layout.documented
 @attrs.frozen(eq=False, kw_only=True, repr=False)
-class ReducedModel:
+class ReducedModel(Modal):
     """A modal model of L modes in SI units, valid by construction; raises ModelError.
 
     The modal force of a drive is (direct J + parametric P q) cos(omega t).
@@ -61,78 +56,8 @@ class ReducedModel:
     FORMAT: ClassVar[str] = "nanorom-rom"
     FORMAT_VERSION: ClassVar[int] = 1
 
-    frequency: Array = attrs.field(
-        converter=as_array,
-        metadata=array("L", "Hz", "natural frequencies, sorted"),
-    )
-    mass: Array = attrs.field(
-        converter=as_array,
-        metadata=array("L", "kg", "modal masses m_r, for max |phi| = 1"),
-    )
-    label: tuple[str, ...] = attrs.field(
-        converter=as_names, metadata=array("L", "", "names of the modes", kind="name")
-    )
-    number: NDArray[np.int64] = attrs.field(
-        converter=as_integers,
-        metadata=array("L", "1", "places among all modes by frequency, from 1"),
-    )
-    stiffness: Array = attrs.field(
-        converter=as_array, metadata=array("L, L", "N/m", "K", symmetry=SYMMETRIC)
-    )
-    damping: Array = attrs.field(
-        converter=as_array, metadata=array("L, L", "kg/s", "C", symmetry=SYMMETRIC)
-    )
-    quadratic: Array = attrs.field(
-        converter=as_tensor, metadata=array("L, L, L", "N/m^2", "A", symmetry=POTENTIAL)
-    )
-    cubic: Array = attrs.field(
-        converter=as_tensor, metadata=array("L, L, L, L", "N/m^3", "B", symmetry=POTENTIAL)
-    )
-    outside_cubic: Array | None = attrs.field(
-        converter=as_optional,
-        default=None,
-        metadata=array(
-            "L, L, L, L",
-            "N/m^3",
-            "what the static response of everything outside the modes adds to B",
-            symmetry=POTENTIAL,
-            path="outside/cubic",
-        ),
-    )
-    drive: dict[str, Array] = attrs.field(
-        converter=as_arrays,
-        factory=dict,
-        metadata=family("L", "N per unit of the level", "force patterns J: pressure, spot, ..."),
-    )
-    parametric: dict[str, Array] = attrs.field(
-        converter=as_arrays,
-        factory=dict,
-        metadata=family("L, L", "N/m per unit of the level", "force patterns P: tension, ..."),
-    )
     shapes: Shapes | None = attrs.field(default=None, metadata=part(Shapes))
     larger: Larger | None = attrs.field(default=None, metadata=part(Larger))
-    bending: Array | None = attrs.field(
-        converter=as_optional,
-        default=None,
-        metadata=array("L, L", "N/m", "part of K that a viscous material damps"),
-    )
-    stretching: Array | None = attrs.field(
-        converter=as_optional,
-        default=None,
-        metadata=array(
-            "L, L, L, L",
-            "N/m^3",
-            "part of B that it damps: [r, j, k, l] from the slope of mode l and the stress of the "
-            "pair jk; symmetrised, it is B",
-        ),
-    )
-    cubic_damping: Array | None = attrs.field(
-        converter=as_optional,
-        default=None,
-        metadata=array(
-            "L, L, L, L", "N s/m^3", "D, the force sum_jkl D[r,j,k,l] q_l d(q_j q_k)/dt"
-        ),
-    )
     static: dict[str, Array] = attrs.field(
         converter=as_arrays,
         factory=dict,
@@ -324,9 +249,9 @@ class ReducedModel:
         Raises ModelError if the model has no pattern of that name.
         """
         j = _pattern("drive", self.drive, direct)
-        if issubclass(PARAMETRIC.get(parametric, ParametricPattern), Proportional):
-            return j, np.diag(j)
-        return j, _pattern("parametric", self.parametric, parametric)
+        kind = PARAMETRIC.get(parametric)
+        p = kind.beside(j) if kind is not None else None
+        return j, _pattern("parametric", self.parametric, parametric) if p is None else p
 
     def system(
         self,

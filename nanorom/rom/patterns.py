@@ -9,8 +9,6 @@ aim it is taken from the shapes that the model keeps, linear on their fine trian
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from functools import singledispatch
 from typing import TYPE_CHECKING
 
 import attrs
@@ -22,87 +20,89 @@ from nanorom.rom.shapes import Shapes
 from nanorom.scene import fields as v
 from nanorom.scene.drive import Drive
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
-from nanorom.scene.patterns.pattern import (
-    Areal,
-    Concentrated,
-    DirectPattern,
-    ParametricPattern,
-    Proportional,
-    Stretch,
-    Uniform,
-)
+from nanorom.scene.patterns.pattern import Areal, Pattern, VirtualWork
 from nanorom.types import Array
 
 if TYPE_CHECKING:
     from nanorom.continuation import ModalSystem
 
-# -- what every reduction computes ----------------------------------------------------------------
+
+class ModalWork(VirtualWork[Array, Array]):
+    """Virtual work on L modes: a force is J (L,) in N, an operator P (L, L) in N/m."""
+
+    def proportional(self, force: Array) -> Array:
+        """P (L, L) in N/m of a force (L,) in N on each mode that its amplitude multiplies."""
+        return np.diag(force)
 
 
-def unaimed(area: Array, slope: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-    """The direct patterns (L,) and the parametric ones (L, L) that need no aim, by name.
+@attrs.frozen(eq=False)
+class DrawnWork(ModalWork):
+    """Virtual work on drawn shapes, linear on their triangles, unless it is known better.
 
     area: (L,) in m^2, int phi dA; slope: (L, L), int grad phi . grad phi dA.
     """
-    direct = {name: area for name, kind in DIRECT.items() if issubclass(kind, Uniform)}
-    parametric = {name: stiffness(kind(), area, slope) for name, kind in PARAMETRIC.items()}
+
+    shapes: Shapes
+    area: Array | None = None
+    slope: Array | None = None
+
+    def uniform(self, pressure: float = 1.0) -> Array:
+        """J (L,) in N of a pressure in Pa."""
+        known = self._integral(self.shapes.values) if self.area is None else self.area
+        return pressure * known
+
+    def areal(self, pattern: Areal) -> Array:
+        """J (L,) in N of a force per area at level 1."""
+        return self._integral(self.shapes.values * pattern.density(self.shapes.points[:, :2]))
+
+    def point(self, position: tuple[float, float]) -> Array:
+        """J (L,) in N of one newton at (x, y) in m; raises SceneError beside the film."""
+        try:
+            return self.shapes.at(position)
+        except ModelError as error:
+            raise SceneError(f"drive.{error}") from None
+
+    def stretch(self, tension: float = 1.0) -> Array:
+        """P (L, L) in N/m of a change of tension in N/m."""
+        return -tension * (self._slope() if self.slope is None else self.slope)
+
+    def _integral(self, values: Array) -> Array:
+        """Integral (L,) over the film of values (L, P) at its points."""
+        return np.asarray(values[:, self.shapes.cells].mean(axis=2) @ self._sides()[1])
+
+    def _slope(self) -> Array:
+        """int grad phi . grad phi dA (L, L), by the constant slopes of each triangle."""
+        sides, area = self._sides()
+        corners = self.shapes.values[:, self.shapes.cells]
+        rises = np.moveaxis(corners[..., 1:] - corners[..., :1], 0, -1)  # (C, 2, L)
+        slopes = np.linalg.solve(sides, rises)
+        return np.asarray(np.einsum("c,cdr,cds->rs", area, slopes, slopes, optimize=True))
+
+    def _sides(self) -> tuple[Array, Array]:
+        """Two sides (C, 2, 2) of each triangle in m, and its area (C,) in m^2."""
+        corners = self.shapes.points[self.shapes.cells, :2]
+        sides = corners[:, 1:] - corners[:, :1]
+        (x1, y1), (x2, y2) = (sides[:, i].T for i in (0, 1))
+        return sides, 0.5 * np.abs(x1 * y2 - x2 * y1)
+
+
+def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The direct patterns (L,) in N and the parametric ones (L, L) in N/m of a model, by name.
+
+    Those that need no aim, the parametric ones beside the first direct one, and those of the
+    drive.  Raises SceneError for a place beside the film.  Collective where the work is.
+    """
+    direct = {name: kind().force(work) for name, kind in DIRECT.items() if not kind.aimed()}
+    usual = next(iter(direct.values()))
+    parametric = {
+        name: kind().stiffness(work, usual) for name, kind in PARAMETRIC.items() if not kind.aimed()
+    }
+    if drive is not None and drive.pattern.aimed():
+        direct[drive.direct_pattern] = drive.pattern.force(work)
+    if drive is not None and drive.modulation.aimed():
+        force = direct[drive.direct_pattern]
+        parametric[drive.parametric_pattern] = drive.modulation.stiffness(work, force)
     return direct, parametric
-
-
-@singledispatch
-def stiffness(pattern: ParametricPattern, area: Array, slope: Array) -> Array:
-    """P (L, L) in N/m per unit of the level, beside a uniform pressure; see `unaimed`."""
-    raise TypeError(f"no parametric pattern: {pattern!r}")
-
-
-@stiffness.register
-def _(pattern: Stretch, area: Array, slope: Array) -> Array:
-    return -slope
-
-
-@stiffness.register
-def _(pattern: Proportional, area: Array, slope: Array) -> Array:
-    return np.diag(area)
-
-
-# -- from the drawn shapes ------------------------------------------------------------------------
-
-
-@singledispatch
-def force(pattern: DirectPattern, shapes: Shapes) -> Array:
-    """J (L,) in N per unit of the level, from drawn shapes; SceneError for a place beside them."""
-    raise TypeError(f"no direct pattern: {pattern!r}")
-
-
-@force.register
-def _(pattern: Uniform, shapes: Shapes) -> Array:
-    return _integral(shapes, shapes.values)
-
-
-@force.register
-def _(pattern: Areal, shapes: Shapes) -> Array:
-    return _integral(shapes, shapes.values * pattern.density(shapes.points[:, :2]))
-
-
-@force.register
-def _(pattern: Concentrated, shapes: Shapes) -> Array:
-    return point(shapes, pattern.position)
-
-
-def _integral(shapes: Shapes, values: Array) -> Array:
-    """Integral (L,) over the film of values (L, P) at its points."""
-    corners = shapes.points[shapes.cells, :2]
-    (x1, y1), (x2, y2) = (corners[:, i].T - corners[:, 0].T for i in (1, 2))
-    area = 0.5 * np.abs(x1 * y2 - x2 * y1)
-    return np.asarray(values[:, shapes.cells].mean(axis=2) @ area)
-
-
-def point(shapes: Shapes, position: Sequence[float]) -> Array:
-    """J (L,) of a force at a position (x, y) in m: phi_r there.  Raises SceneError outside."""
-    try:
-        return shapes.at(position)
-    except ModelError as error:
-        raise SceneError(f"drive.{error}") from None
 
 
 def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSystem:
@@ -131,26 +131,39 @@ def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSyste
 
 
 def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:
-    """The model with the drive's direct pattern; raises ModelError if it has no shapes.
+    """The model with the drive's patterns; raises ModelError if it has no shapes to aim at.
 
-    Warns with AccuracyWarning where the pattern has to be taken from the drawn shapes.
+    Warns with AccuracyWarning where a pattern has to be taken from the drawn shapes.
     """
-    pattern = drive.pattern
-    if not pattern.keys() or _made_for(model, pattern):
+    missing = _not_made_for(model, drive)
+    if not missing:
         return model
+    key = f"drive.{missing[0].keys()[0]}"
     if model.shapes is None:
-        raise ModelError("drive.position: the model has no mode shapes to aim at")
-    found = force(pattern, model.shapes)
+        raise ModelError(f"{key}: the model has no mode shapes to aim at")
+    work = DrawnWork(model.shapes)
+    direct, parametric = dict(model.drive), dict(model.parametric)
+    if drive.pattern in missing:
+        direct[drive.direct_pattern] = drive.pattern.force(work)
+    if drive.modulation in missing:
+        force = direct[drive.direct_pattern]
+        parametric[drive.parametric_pattern] = drive.modulation.stiffness(work, force)
     warnings.warn(
-        "drive.position: the model was not reduced with this aim; its modal forces are taken from "
+        f"{key}: the model was not reduced with this aim; its modal forces are taken from "
         "the drawn shapes, right to about 1e-3",
         AccuracyWarning,
         stacklevel=3,
     )
-    return attrs.evolve(model, drive=model.drive | {pattern.name: found})
+    return attrs.evolve(model, drive=direct, parametric=parametric)
 
 
-def _made_for(model: ReducedModel, pattern: DirectPattern) -> bool:
-    """Whether the reduction computed this pattern: its scene's drive has the same aim."""
-    own = v.parse_toml(model.scene).get("drive", {})
-    return pattern.name in model.drive and Drive(**own).pattern == pattern
+def _not_made_for(model: ReducedModel, drive: Drive) -> list[Pattern]:
+    """Aimed patterns that the reduction did not compute: its scene's drive has another aim."""
+    asked = [each for each in (drive.pattern, drive.modulation) if each.aimed()]
+    if not asked:
+        return []
+    own = v.parse_toml(model.scene).get("drive")
+    made = Drive(**own) if own else None
+    known = {**model.drive, **model.parametric}
+    computed = (made.pattern, made.modulation) if made else ()
+    return [each for each in asked if each.name not in known or each not in computed]

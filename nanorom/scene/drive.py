@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
-from nanorom.scene.patterns import AIMS, DIRECT, PARAMETRIC
-from nanorom.scene.patterns.pattern import DirectPattern
-from nanorom.scene.units import wrong
+from nanorom.scene.patterns import DIRECT, KEYS, PARAMETRIC
+from nanorom.scene.patterns.pattern import DirectPattern, ParametricPattern, Pattern
 from nanorom.scene.waves import ALLOWED, Harmonic, as_harmonics, read_harmonics
+from nanorom.types import Array
+
+Kind = TypeVar("Kind", bound=Pattern)
 
 MOST_LEVELS = 100
 LEVELS = f"one or a list of up to {MOST_LEVELS}, 0 or more, in the unit of the pattern"
@@ -29,7 +32,15 @@ def _as_given(value: Any) -> Any:
     return value
 
 
-@attrs.frozen(field_transformer=v.readers)
+def _with_keys(cls: type, fields: list[Any]) -> list[Any]:
+    """The fields of a drive and those of all patterns, which may be None."""
+    return v.readers(cls, [*fields, *KEYS.values()])
+
+
+_section = attrs.frozen(field_transformer=_with_keys)
+
+
+@_section
 class Drive:
     """Levels of the direct and the parametric drive, and what they act on.
 
@@ -38,6 +49,7 @@ class Drive:
         within a ``radius`` in m.
     parametric: levels of ``parametric_pattern``: "tension" in N/m, "paper" in Pa/m.
     harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
+    Further keys are those of the patterns, declared by them.
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.
     """
@@ -76,21 +88,6 @@ class Drive:
             about="what the parametric levels are the amplitude of",
         ),
     )
-    position: tuple[float, ...] | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantities,
-        metadata=v.quantities(
-            "drive.position", "m", v.ANY, about="x and y of a spot's centre or of a point"
-        ),
-    )
-    radius: float | None = attrs.field(
-        default=None,
-        converter=v.as_optional_quantity,
-        metadata=v.quantity(
-            "drive.radius", "m", about="of a spot, where its intensity is 1/e^2 of the centre's"
-        ),
-    )
-
     harmonics: tuple[Harmonic, ...] | None = attrs.field(
         default=None,
         converter=as_harmonics,
@@ -102,11 +99,25 @@ class Drive:
         ),
     )
 
+    if TYPE_CHECKING:  # keys of patterns are known when they are collected
+
+        def __init__(
+            self,
+            direct: v.Quantity | Sequence[v.Quantity] | Array = 0.0,
+            parametric: v.Quantity | Sequence[v.Quantity] | Array = 0.0,
+            direct_pattern: str = "pressure",
+            parametric_pattern: str = "tension",
+            harmonics: Any = None,
+            **keys: Any,
+        ) -> None: ...
+
+        def __getattr__(self, key: str) -> Any: ...
+
     def __attrs_post_init__(self) -> None:
         for name, unit in zip(("direct", "parametric"), self.units):
             levels = _levels(getattr(self, name), unit, f"drive.{name}")
             object.__setattr__(self, name, levels)
-        self._check_aim()
+        self._check_keys()
         self._check_harmonics()
         n_direct, n_parametric = len(self.direct), len(self.parametric)
         if n_direct != n_parametric and min(n_direct, n_parametric) > 1:
@@ -120,16 +131,23 @@ class Drive:
                 "allowed: drive.direct or drive.parametric greater than 0 at every level"
             )
 
-    def _check_aim(self) -> None:
-        needed = DIRECT[self.direct_pattern].keys()
-        for name in AIMS:
-            given = getattr(self, name) is not None
-            if given != (name in needed):
-                what = "missing" if not given else "not used"
-                found = f'direct_pattern = "{self.direct_pattern}"'
-                raise SceneError(f"drive.{name}: {what} with {found}")
-        if self.position is not None and len(self.position) != 2:
-            raise wrong("drive.position", self.position, 'x and y such as ["1 um", "0 um"]')
+    def _check_keys(self) -> None:
+        """Keys are given where one of the two patterns needs them, and nowhere else."""
+        chosen: tuple[tuple[str, Mapping[str, type[Pattern]], type[Pattern]], ...] = (
+            ("direct_pattern", DIRECT, DIRECT[self.direct_pattern]),
+            ("parametric_pattern", PARAMETRIC, PARAMETRIC[self.parametric_pattern]),
+        )
+        for name in KEYS:
+            needed = [f'{key} = "{kind.name}"' for key, _, kind in chosen if name in kind.keys()]
+            if needed and getattr(self, name) is None:
+                raise SceneError(f"drive.{name}: missing with {needed[0]}")
+            if not needed and getattr(self, name) is not None:
+                found = [
+                    f'{key} = "{kind.name}"'
+                    for key, table, kind in chosen
+                    if any(name in each.keys() for each in table.values())
+                ]
+                raise SceneError(f"drive.{name}: not used with {', '.join(found)}")
 
     def _check_harmonics(self) -> None:
         """Levels that no harmonic uses move nothing."""
@@ -144,7 +162,14 @@ class Drive:
     @property
     def pattern(self) -> DirectPattern:
         """The direct pattern, aimed."""
-        kind = DIRECT[self.direct_pattern]
+        return self._aimed(DIRECT[self.direct_pattern])
+
+    @property
+    def modulation(self) -> ParametricPattern:
+        """The parametric pattern, aimed."""
+        return self._aimed(PARAMETRIC[self.parametric_pattern])
+
+    def _aimed(self, kind: type[Kind]) -> Kind:
         return kind(**{name: getattr(self, name) for name in kind.keys()})
 
     @property

@@ -164,10 +164,14 @@ def choice(key: str, allowed: Iterable[str], about: str = "") -> dict[str, Any]:
 
 
 def custom(
-    key: str, read: Callable[[Any], Any], allowed: str = "", about: str = ""
+    key: str,
+    read: Callable[[Any], Any],
+    allowed: str = "",
+    about: str = "",
+    unit: str | None = None,
 ) -> dict[str, Any]:
-    """Metadata of a field with its own reader, and what that allows."""
-    return _metadata(key, read, allowed, about)
+    """Metadata of a field with its own reader, what that allows and the unit of what it gives."""
+    return _metadata(key, read, allowed, about, unit)
 
 
 def readers(cls: type, fields: list[Any]) -> list[Any]:

@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 
 from nanorom.continuation.diagrams.selection import Chosen
-from nanorom.continuation.orbits.bifurcations import FOLD
+from nanorom.continuation.orbits.bifurcations import turns
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
 from nanorom.types import Array
 from nanorom.verification.driven import DrivenFilm
@@ -58,7 +58,7 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
     film, problem = driven.film, pose(driven, point.orbit)
     fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
     across = problem.across()
-    borders = [across] if point.type == FOLD.code else [fixed, across]
+    borders = [across] if turns(point.type) else [fixed, across]
     full, border, left = _solved(problem, borders) if solve else (None, borders[0], np.nan)
     first = first_correction(problem.model, problem.start, problem.rate, border)
     corrected = problem.amplitudes(problem.start + first.change)

@@ -6,9 +6,10 @@ The patterns are those of `nanorom.scene.patterns`; what the finite elements mak
 
 from __future__ import annotations
 
-from functools import singledispatch
+from collections.abc import Callable
 from typing import Any
 
+import attrs
 import numpy as np
 import scipy.sparse.linalg as spl
 
@@ -18,16 +19,7 @@ from nanorom.fem.output import patterns
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Parity
 from nanorom.scene.drive import Drive
-from nanorom.scene.patterns import PARAMETRIC
-from nanorom.scene.patterns.pattern import (
-    Areal,
-    Concentrated,
-    DirectPattern,
-    ParametricPattern,
-    Proportional,
-    Stretch,
-    Uniform,
-)
+from nanorom.scene.patterns.pattern import Areal, VirtualWork
 from nanorom.types import Array
 from nanorom.verification.assemble import Film
 from nanorom.verification.linear import geometric
@@ -35,51 +27,89 @@ from nanorom.verification.linear import geometric
 UNSEEN = 1e-12  # of the largest force: a class that is driven less is not driven
 
 
-def direct_forces(film: Film, drive: Drive) -> dict[Parity, Array]:
+Forces = dict[Parity, Array]  # (nodes,) in N by class
+Operators = Callable[[Parity], Any]  # (free, free) in N/m on a class, what it adds to the stiffness
+
+
+def direct_forces(film: Film, drive: Drive) -> Forces:
     """Forces (free,) in N of the direct pattern at level 1 on the classes that it drives.
 
     Of the meshed part alone.  Raises SceneError for a point that is not on the film.
     """
-    whole = force(drive.pattern, film)
+    return _driven(film, drive.pattern.force(FilmWork(film)))
+
+
+def modulation(film: Film, drive: Drive, parity: Parity) -> Any:
+    """Operator (free, free) in N/m that level 1 of the parametric pattern times cos adds to K."""
+    work = FilmWork(film)
+    return drive.modulation.stiffness(work, drive.pattern.force(work))(parity)
+
+
+def _driven(film: Film, whole: Forces) -> Forces:
+    """The same on free degrees of freedom (free,), of the classes that are driven."""
     forces = {p: f[film.discrete.free[p]] for p, f in whole.items()}
     largest = max(float(np.abs(f).max()) for f in forces.values())
     return {p: f for p, f in forces.items() if np.abs(f).max() > UNSEEN * largest}
 
 
-@singledispatch
-def force(pattern: DirectPattern, film: Film) -> dict[Parity, Array]:
-    """Forces (nodes,) in N of a pattern at level 1, by class; SceneError beside the film."""
-    raise TypeError(f"no direct pattern: {pattern!r}")
+@attrs.frozen(eq=False)
+class FilmWork(VirtualWork[Forces, Operators]):
+    """Virtual work on all basis functions of the meshed part, by class."""
+
+    film: Film
+
+    def uniform(self, pressure: float = 1.0) -> Forces:
+        tables = self.film.discrete.tables
+        pushed = tables.push(tables.weights[..., None])[:, 0]
+        return {self.film.discrete.even: pressure * self.film.scales.length**2 * pushed}
+
+    def areal(self, pattern: Areal) -> Forces:
+        film, length = self.film, self.film.scales.length
+        found = {p: np.zeros(film.discrete.tables.nodes) for p in film.plate.mirrors.classes}
+        for flip, signs in _copies(film):
+            rule = patterns.areal_rule(pattern, film.plate, flip, length)
+            pushed = length**2 / film.plate.mirrors.copies * _at(film, *rule)
+            for parity, sign in signs.items():
+                found[parity] += sign * pushed
+        return found
+
+    def point(self, position: tuple[float, float]) -> Forces:
+        film = self.film
+        place = np.array(position) / film.scales.length
+        for flip, signs in _copies(film):
+            cells, reference = locate(film.plate, (flip * place)[None])
+            if cells[0] >= 0:
+                pushed = _at(film, cells, reference, np.ones(1)) / film.plate.mirrors.copies
+                return {parity: sign * pushed for parity, sign in signs.items()}
+        raise SceneError("drive.position: it is not on the film")
+
+    def stretch(self, tension: float = 1.0) -> Operators:
+        discrete = self.film.discrete
+        ones = np.full(discrete.tables.weights.shape, tension)
+        isotropic = np.stack([ones, ones, np.zeros_like(ones)])
+        return lambda parity: geometric(discrete.tables, isotropic, discrete.free[parity])
+
+    def proportional(self, force: Forces) -> Operators:
+        driven = _driven(self.film, force)
+        return lambda parity: _proportional(self.film, driven, parity)
 
 
-@force.register
-def _(pattern: Uniform, film: Film) -> dict[Parity, Array]:
-    tables = film.discrete.tables
-    pushed = tables.push(tables.weights[..., None])[:, 0]
-    return {film.discrete.even: film.scales.length**2 * pushed}
+def _proportional(film: Film, driven: Forces, parity: Parity) -> Any:
+    """F_r = J_r q_r of the named modes, with the J_r of a direct force on the whole film."""
+    own = film.of_class(parity)
+    free = film.discrete.free[parity]
+    shapes = film.solution.modes.shapes[free][:, own]
+    momenta = film.pieces.mass[free][:, free] @ shapes
+    direct = driven.get(parity, np.zeros(len(free)))
+    masses = np.einsum("nr,nr->r", shapes, momenta)
+    # J_r of all copies, its force on one of them
+    factor = -(shapes.T @ direct) / masses**2
 
+    def apply(columns: Array) -> Array:
+        pulled = momenta @ (factor[:, None] * (momenta.T @ columns.reshape(len(free), -1)))
+        return np.asarray(pulled.reshape(columns.shape))
 
-@force.register
-def _(pattern: Areal, film: Film) -> dict[Parity, Array]:
-    length = film.scales.length
-    found = {p: np.zeros(film.discrete.tables.nodes) for p in film.plate.mirrors.classes}
-    for flip, signs in _copies(film):
-        rule = patterns.areal_rule(pattern, film.plate, flip, length)
-        pushed = length**2 / film.plate.mirrors.copies * _at(film, *rule)
-        for parity, sign in signs.items():
-            found[parity] += sign * pushed
-    return found
-
-
-@force.register
-def _(pattern: Concentrated, film: Film) -> dict[Parity, Array]:
-    place = np.array(pattern.position) / film.scales.length
-    for flip, signs in _copies(film):
-        cells, reference = locate(film.plate, (flip * place)[None])
-        if cells[0] >= 0:
-            pushed = _at(film, cells, reference, np.ones(1)) / film.plate.mirrors.copies
-            return {parity: sign * pushed for parity, sign in signs.items()}
-    raise SceneError("drive.position: it is not on the film")
+    return spl.LinearOperator((len(free),) * 2, matvec=apply, matmat=apply)
 
 
 def _copies(film: Film) -> list[tuple[Array, dict[Parity, float]]]:
@@ -97,40 +127,3 @@ def _at(film: Film, cells: np.ndarray, reference: Array, weights: Array) -> Arra
     found = np.zeros(film.discrete.tables.nodes)
     np.add.at(found, dofs, weights[:, None] * np.asarray(basis).reshape(dofs.shape))
     return found
-
-
-def modulation(film: Film, drive: Drive, parity: Parity) -> Any:
-    """Operator (free, free) in N/m on what level 1 of the parametric pattern modulates."""
-    return stiffness(PARAMETRIC[drive.parametric_pattern](), film, drive, parity)
-
-
-@singledispatch
-def stiffness(pattern: ParametricPattern, film: Film, drive: Drive, parity: Parity) -> Any:
-    """Operator (free, free) in N/m that level 1 of a pattern multiplies by cos(omega t)."""
-    raise TypeError(f"no parametric pattern: {pattern!r}")
-
-
-@stiffness.register
-def _(pattern: Stretch, film: Film, drive: Drive, parity: Parity) -> Any:
-    ones = np.ones(film.discrete.tables.weights.shape)
-    isotropic = np.stack([ones, ones, np.zeros_like(ones)])
-    return geometric(film.discrete.tables, isotropic, film.discrete.free[parity])
-
-
-@stiffness.register
-def _(pattern: Proportional, film: Film, drive: Drive, parity: Parity) -> Any:
-    """F_r = J_r q_r of the named modes, with the J_r of the direct pattern on the whole film."""
-    own = film.of_class(parity)
-    free = film.discrete.free[parity]
-    shapes = film.solution.modes.shapes[free][:, own]
-    momenta = film.pieces.mass[free][:, free] @ shapes
-    direct = direct_forces(film, drive).get(parity, np.zeros(len(free)))
-    masses = np.einsum("nr,nr->r", shapes, momenta)
-    # J_r of all copies, its force on one of them
-    factor = -(shapes.T @ direct) / masses**2
-
-    def apply(columns: Array) -> Array:
-        pulled = momenta @ (factor[:, None] * (momenta.T @ columns.reshape(len(free), -1)))
-        return np.asarray(pulled.reshape(columns.shape))
-
-    return spl.LinearOperator((len(free),) * 2, matvec=apply, matmat=apply)

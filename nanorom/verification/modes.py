@@ -78,8 +78,14 @@ def with_larger(scene: Scene, model: ReducedModel, groups: int | None = None) ->
     try:
         wide = _most(scene, count, highest, groups)
         return attrs.evolve(model, larger=Larger.of(wide).matched(model))
-    except (SolverError, ValueError):  # none beyond the model's own, or others by name
-        return model
+    except (SolverError, ValueError) as error:  # none beyond the model's own, or others by name
+        warnings.warn(
+            f"no larger model, so that errors of the response are not estimated: {error}",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+        told = {"not_estimated": str(error)}
+        return attrs.evolve(model, diagnostics=model.diagnostics | told)
 
 
 def _most(scene: Scene, count: int, beyond: int, groups: int | None) -> ReducedModel:

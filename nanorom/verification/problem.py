@@ -108,9 +108,10 @@ def _taking_part(driven: DrivenFilm, orbit: PeriodicOrbit) -> Classes:
 
 def _some(system: ModalSystem, active: np.ndarray) -> ModalSystem:
     """The equations of some modes, all others at rest."""
-    names = ("stiffness", "damping", "quadratic", "cubic", "cubic_damping", "direct", "parametric")
-    parts = {}
-    for name in names:
-        array = getattr(system, name)
-        parts[name] = array[np.ix_(*(active,) * array.ndim)]
+    arrays = attrs.asdict(system, recurse=False).items()
+    parts = {
+        name: array[np.ix_(*(active,) * array.ndim)]
+        for name, array in arrays
+        if isinstance(array, np.ndarray)
+    }
     return ModalSystem(**parts)

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from nanorom.continuation import Drive, FirstOrder, ModalSystem, PeriodicOrbit
 
 OPTIONS = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+DIGITS = 6  # moduli that agree to so many are those of a conjugate pair
 
 
 def motion(
@@ -64,8 +65,12 @@ def multipliers(rate: Callable, start: np.ndarray, period: float) -> np.ndarray:
         step[i] = 1e-4 * max(abs(start[i]), 1e-3)
         ends = [after(rate, start + sign * step, period) for sign in (1, -1)]
         columns.append((ends[0] - ends[1]) / (2 * step[i]))
-    values = np.linalg.eigvals(np.array(columns).T)
-    return values[np.argsort(-np.abs(values))]
+    return in_order(np.linalg.eigvals(np.array(columns).T))
+
+
+def in_order(values: np.ndarray) -> np.ndarray:
+    """Largest modulus first, of conjugates the one above the real axis first."""
+    return values[np.lexsort((-values.imag, -np.round(np.abs(values), DIGITS)))]
 
 
 def random_states(size: int, count: int, seed: int) -> FirstOrder:
@@ -91,3 +96,9 @@ def random_drives(size: int, count: int, seed: int) -> list[Drive]:
         )
         for harmonic in (0, 1, 2, 5)
     ]
+
+
+def gap(system: ModalSystem, orbit: PeriodicOrbit, direct: float, parametric: float = 0.0) -> float:
+    """How far from its beginning an orbit ends after its period, in time."""
+    begin, rate = state(orbit, system.size), motion(system, orbit.omega, direct, parametric)
+    return float(np.abs(after(rate, begin, orbit.period) - begin).max())

@@ -8,13 +8,13 @@ from nanorom.errors import ContinuationError
 from nanorom.plots import comb_figure
 
 LEVEL, OMEGA = 0.01, 0.9885
-SECOND = 0.029553765708  # provenance in test_tori.py
+SECOND = 0.029553765708  # provenance in tori/test_families.py
 LINES_ERROR = 0.02  # of the largest line: between cells the window loses a per cent
 
 
 @pytest.fixture(scope="module")
 def two_modes():
-    """The system of test_tori.py."""
+    """The system of tori/test_families.py."""
     quadratic = np.zeros((2, 2, 2))
     quadratic[0, 0, 1] = quadratic[0, 1, 0] = 0.5
     quadratic[1, 0, 0] = 1.0

@@ -1,24 +1,27 @@
 """Measured responses lie over the model's where their numbers say."""
 
+import re
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from nanorom.errors import FileError
+from nanorom.errors import FileError, ScaleWarning
 from nanorom.measurement.data import MeasuredResponse
 from nanorom.plots import response_figure
 from nanorom.results.respond import respond
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Sweep
+from tests.conftest import random_model
 
+ROUNDED = 5e-3  # factors are told with three digits
 HEAD = "frequency (MHz),amplitude ({}),sweep,level"
 
 
-@pytest.fixture(scope="module")
-def response(make_model):
+def duffing():
     """A Duffing resonance at 20 MHz whose model is made up; amplitudes are some nm."""
     k = 1.6e-16 * (2 * np.pi * 20e6) ** 2
-    model = make_model(
+    model = random_model(
         1,
         frequency=[20e6],
         mass=[1.6e-16],
@@ -29,6 +32,11 @@ def response(make_model):
         drive={"pressure": np.array([1e-11])},
     )
     return respond(model, Drive(["5 Pa", "10 Pa"]), Sweep("0.9 f1", "1.1 f1"), processes=1)
+
+
+@pytest.fixture(scope="module")
+def response():
+    return duffing()
 
 
 @pytest.fixture
@@ -73,8 +81,13 @@ def test_axes_grow_with_the_data_and_are_otherwise_left_alone(response, read):
 
 
 def test_voltages_get_an_axis_of_their_own_with_the_same_zero_and_top(response, read):
-    left, right = response_figure(response, measured=read("mV", "19,1,,", "20,30,,")).axes
-    assert right.get_ylabel() == "measured (mV)"
+    with pytest.warns(ScaleWarning, match="1 mV as") as told:
+        left, right = response_figure(response, measured=read("mV", "19,1,,", "20,30,,")).axes
+    factor = re.search(r"1 mV as (\S+) (\w+)", str(told[0].message))
+    assert right.get_ylabel() == f"measured (mV), drawn with {factor[0]}"
+    assert left.get_ylabel().endswith(f"({factor[2]})")
+    drawn = 30 / right.get_ylim()[1] * left.get_ylim()[1]
+    assert float(factor[1]) * 30 == pytest.approx(drawn, rel=ROUNDED)
     assert points(right)[0].get_ydata() == pytest.approx([1, 30])
     place = [axes.get_ylim()[0] / np.ptp(axes.get_ylim()) for axes in (left, right)]
     assert place[0] == pytest.approx(place[1])
@@ -83,9 +96,10 @@ def test_voltages_get_an_axis_of_their_own_with_the_same_zero_and_top(response, 
 
 
 def test_decibels_become_amplitudes_by_the_largest(response, read):
-    _, right = response_figure(response, measured=read("dBm", "19,-80,,", "20,-60,,")).axes
+    with pytest.warns(ScaleWarning, match="1 a.u. as"):
+        _, right = response_figure(response, measured=read("dBm", "19,-80,,", "20,-60,,")).axes
     assert points(right)[0].get_ydata() == pytest.approx([0.1, 1])
-    assert right.get_ylabel() == "measured (a.u., from dBm)"
+    assert right.get_ylabel().startswith("measured (a.u., from dBm)")
 
 
 def test_data_outside_of_the_swept_range_are_refused(response, read):
@@ -95,7 +109,9 @@ def test_data_outside_of_the_swept_range_are_refused(response, read):
 
 def test_names_of_levels_do_not_leave_the_picture(response, read):
     """Beside a second axis the axes are no longer in the middle."""
-    figure = response_figure(response, measured=read("dBm", "19,-80,up,20 Pa", "20,-60,down,20 Pa"))
+    measured = read("dBm", "19,-80,up,20 Pa", "20,-60,down,20 Pa")
+    with pytest.warns(ScaleWarning):
+        figure = response_figure(response, measured=measured)
     figure.draw_without_rendering()
     box = figure.axes[0].get_legend().get_window_extent()
     assert box.x0 >= 0 and box.x1 <= figure.bbox.width

@@ -14,13 +14,14 @@ from nanorom.errors import AccuracyWarning, ModelError, SceneError
 from nanorom.rom import patterns
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Sweep
-from nanorom.scene.patterns import AIMS, DIRECT, PARAMETRIC
+from nanorom.scene.patterns import DIRECT, KEYS, PARAMETRIC
 from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.patterns.spot import Spot
 
 RADIUS = 2.5e-6
 FORCE_TOLERANCE = 1e-6  # the scene's own
 SHAPES_TOLERANCE = 2e-3  # linear triangles of the drawn shapes, relative to the J of f01
+SLOPE_TOLERANCE = 1e-2  # of linear triangles, relative to the steepest mode
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +39,7 @@ def model():
 
 def test_spot_at_the_centre_is_an_integral_of_bessel_functions(model):
     width = 0.4 * RADIUS
-    found = patterns.force(Spot((0.0, 0.0), width), model.shapes)
+    found = Spot((0.0, 0.0), width).force(patterns.DrawnWork(model.shapes))
     largest = quad(lambda r: j0(jn_zeros(0, 1)[0] * r) * _intensity(r) * r, 0, 1)[0]
     for label, zero in zip(("f01", "f02"), jn_zeros(0, 2)):
         exact = quad(lambda r, z=zero: j0(z * r) * _intensity(r) * r, 0, 1)[0]
@@ -147,7 +148,7 @@ def test_new_pattern_of_a_known_kind_is_one_class_and_one_row(model, monkeypatch
     top = j1(1.8411837813)  # the maximum of J1
     integral = quad(lambda r: j1(jn_zeros(1, 1)[0] * r) * r**2, 0, 1)[0]
     exact = np.where(np.array(model.label) == "f11c", np.pi * RADIUS**2 / top * integral, 0.0)
-    found = patterns.force(drive.pattern, model.shapes)
+    found = drive.pattern.force(patterns.DrawnWork(model.shapes))
     assert found == pytest.approx(exact, abs=SHAPES_TOLERANCE * exact.max())
     found = reduced_with(model, drive).drive["tilt"]
     assert found == pytest.approx(exact, abs=FORCE_TOLERANCE * exact.max())
@@ -155,20 +156,26 @@ def test_new_pattern_of_a_known_kind_is_one_class_and_one_row(model, monkeypatch
 
 def test_keys_of_every_pattern_are_keys_of_the_drive():
     fields = attrs.fields_dict(Drive)
-    assert set(AIMS) == {"position", "radius"} <= set(fields)
+    assert set(KEYS) == {"position", "radius"} <= set(fields)
     for name, kind in (DIRECT | PARAMETRIC).items():
         assert kind.name == name and kind.unit and set(kind.keys()) <= set(fields)
 
 
+def test_drawn_slopes_are_those_of_the_reduction(model):
+    drawn = patterns.DrawnWork(model.shapes).stretch()
+    exact = model.parametric["tension"]
+    assert drawn == pytest.approx(exact, abs=SLOPE_TOLERANCE * np.abs(exact).max())
+
+
 def test_wide_spot_is_a_uniform_pressure(model):
     pressure = model.drive["pressure"]
-    found = patterns.force(Spot((0.3 * RADIUS, 0.0), 1e3 * RADIUS), model.shapes)
+    found = Spot((0.3 * RADIUS, 0.0), 1e3 * RADIUS).force(patterns.DrawnWork(model.shapes))
     assert found == pytest.approx(pressure, abs=SHAPES_TOLERANCE * pressure[0])
 
 
 def test_point_gives_the_shapes_there(model):
     x = 0.37 * RADIUS
-    found = patterns.point(model.shapes, (x, 0.0))
+    found = patterns.DrawnWork(model.shapes).point((x, 0.0))
     zero = jn_zeros(1, 1)[0]
     peak = j1(1.8411837813)  # the maximum of J1
     expected = {"f01": j0(jn_zeros(0, 1)[0] * 0.37), "f11c": j1(zero * 0.37) / peak, "f11s": 0.0}
@@ -179,7 +186,7 @@ def test_point_gives_the_shapes_there(model):
 def test_off_centre_spot_drives_modes_that_pressure_does_not(model):
     """The response to small drive is J/(c omega) at resonance, in every mode."""
     drive = Drive("1 mPa", direct_pattern="spot", position=["0.8 um", "0.5 um"], radius="1 um")
-    force = patterns.force(drive.pattern, model.shapes)
+    force = drive.pattern.force(patterns.DrawnWork(model.shapes))
     mode = model.label.index("f11s")
     assert abs(model.drive["pressure"][mode]) < 1e-6 * model.drive["pressure"][0]
     f = model.frequency[mode]

@@ -13,18 +13,19 @@ RING = '''"""A ring of light: a dummy."""
 import attrs
 import numpy as np
 
-from nanorom.scene.patterns.pattern import Areal
+from nanorom.scene import fields as v
+from nanorom.scene.patterns.pattern import POSITION, Areal
 
 
 @attrs.frozen
 class Ring(Areal):
-    """A pressure p d^2/radius^2 exp(-d^2/radius^2) at a distance d from ``position``."""
+    """A pressure p d^2/rim^2 exp(-d^2/rim^2) at a distance d from ``position``."""
 
     name = "ring"
     unit = "Pa"
 
-    position: tuple[float, float]
-    radius: float
+    position: tuple[float, float] = attrs.field(metadata=POSITION)
+    rim: float = attrs.field(metadata=v.quantity("drive.rim", "m", about="of the ring"))
 
     @property
     def centre(self):
@@ -32,15 +33,36 @@ class Ring(Areal):
 
     @property
     def size(self):
-        return self.radius
+        return self.rim
 
     @property
     def reach(self):
-        return 6 * self.radius
+        return 6 * self.rim
 
     def density(self, points):
-        square = np.sum((points - np.asarray(self.position)) ** 2, axis=-1) / self.radius**2
+        square = np.sum((points - np.asarray(self.position)) ** 2, axis=-1) / self.rim**2
         return square * np.exp(-square)
+'''
+
+SHARE = '''"""A part of a tension: a dummy."""
+
+import attrs
+
+from nanorom.scene import fields as v
+from nanorom.scene.patterns.pattern import Stretch
+
+
+@attrs.frozen
+class Share(Stretch):
+    """A share of a modulation of the tension; its level is the whole amplitude in N/m."""
+
+    name = "share"
+    unit = "N/m"
+
+    share: float = attrs.field(metadata=v.quantity("drive.share", "1", about="of the tension"))
+
+    def stiffness(self, work, force):
+        return work.stretch(self.share)
 '''
 
 SHRINKING = '''
@@ -50,6 +72,11 @@ class Shrinking(Condition):
     """A complex pair has a given modulus: a dummy, which a damped oscillator meets."""
 
     radius: float
+    conjugate = True
+
+    @property
+    def growth(self):
+        return float(np.log(self.radius))
 
     def candidates(self, multipliers):
         return multipliers[multipliers.imag > REAL]
@@ -144,24 +171,100 @@ def write_plain(model, path):
     path.write_text("".join(f"{frequency:.9e}\\\\n" for frequency in model.frequency))
 '''.replace("\\\\n", "\\n")
 
-SKIN = '''"""A plate by another name: a dummy film model."""
+SKIN = '''"""A string that does not bend, in closed form: a dummy film model."""
 
-from nanorom.fem.routes.plate import PlateRoute
+import attrs
+import numpy as np
+
+from nanorom.rom.shapes import Shapes
 
 
-class SkinRoute(PlateRoute):
-    """Plates that are called skins."""
+@attrs.frozen
+class Skin:
+    """Shapes sin(k (x + length/2)), k = n pi/length; tension and stretching in N, mass in kg/m."""
+
+    length: float
+    width: float
+    tension: float
+    stretching: float
+    mass: float
+
+    def waves(self, numbers):
+        return numbers * np.pi / self.length
+
+    def slope(self, numbers):
+        return np.diag(self.waves(numbers) ** 2) * self.length / 2
+
+    def area(self, numbers):
+        return (1 - np.cos(np.pi * numbers)) / self.waves(numbers)
+
+    def cubic(self, numbers):
+        slope = self.slope(numbers)
+        return self.stretching / (2 * self.length) * np.einsum("rj,kl->rjkl", slope, slope)
+
+    def shapes(self, numbers):
+        x = np.linspace(-self.length / 2, self.length / 2, 201)
+        n, y = len(x), np.repeat([-self.width / 2, self.width / 2], len(x))
+        points = np.column_stack([np.tile(x, 2), y, 0 * y])
+        left = np.arange(n - 1)
+        cells = [[left, left + 1, n + left], [left + 1, n + left + 1, n + left]]
+        values = np.sin(np.outer(self.waves(numbers), x + self.length / 2))
+        cells = np.concatenate([np.stack(c, axis=1) for c in cells])
+        return Shapes(points, cells, np.tile(values, 2))
+'''
+
+SKIN_ROUTE = '''"""From a string's scene to its model in closed form: a dummy."""
+
+import numpy as np
+
+from nanorom.fem.models.skin import Skin
+from nanorom.fem.output.model import Parts
+from nanorom.fem.routes.beam import BeamRoute
+from nanorom.rom.patterns import DrawnWork, reduced
+
+
+class SkinRoute(BeamRoute):
+    """Strings that do not bend."""
 
     def cost(self, plan):
-        return "a skin: " + super().cost(plan)
+        return "a skin: closed forms"
+
+    def parts(self, plan, team, watch, journal):
+        scene, numbers = plan.scene, np.array(plan.scene.modes.numbers)
+        film, h, width = scene.material, scene.plate.thickness, scene.geometry.width
+        skin = Skin(
+            scene.geometry.length,
+            width,
+            scene.tension.x * width,
+            film.youngs_modulus * h * width,
+            film.density * h * width,
+        )
+        slope, shapes = skin.slope(numbers), skin.shapes(numbers)
+        mass = np.full(len(numbers), skin.mass * skin.length / 2)
+        stiffness = skin.tension * slope
+        work = DrawnWork(shapes, width * skin.area(numbers), width * slope)
+        return Parts(
+            frequency=np.sqrt(np.diag(stiffness) / mass) / (2 * np.pi),
+            mass=mass,
+            label=[f"({n},0)" for n in numbers],
+            stiffness=stiffness,
+            quadratic=np.zeros((len(numbers),) * 3),
+            cubic=skin.cubic(numbers),
+            patterns=reduced(work, None),
+            shapes=shapes,
+            method="direct",
+            diagnostics={"asymmetry": 0.0},
+        )
 '''
 
 # file -> new content, or what to put at its end, or (row as it is, with the newcomer)
 FILES = {
     "scene/patterns/ring.py": RING,
+    "scene/patterns/share.py": SHARE,
     "results/noted.py": NOTED,
     "export/plain.py": PLAIN,
-    "fem/routes/skin.py": SKIN,
+    "fem/models/skin.py": SKIN,
+    "fem/routes/skin.py": SKIN_ROUTE,
 }
 ENDS = {
     "continuation/orbits/conditions.py": SHRINKING,
@@ -170,9 +273,11 @@ CLASSES = {"measurement/unknowns.py": ("_ALL = (", STRESS.lstrip("\n") + "\n\n_A
 ROWS = {
     "scene/patterns/__init__.py": [
         ("(Pressure, Spot, Point)", "(Pressure, Spot, Point, Ring)"),
+        ("(TensionModulation, PaperModulation)", "(TensionModulation, PaperModulation, Share)"),
         (
             "from nanorom.scene.patterns.spot import Spot\n",
             "from nanorom.scene.patterns.ring import Ring\n"
+            "from nanorom.scene.patterns.share import Share\n"
             "from nanorom.scene.patterns.spot import Spot\n",
         ),
     ],
@@ -186,15 +291,12 @@ ROWS = {
     "export/formats.py": [
         (
             '    "vtk": Format(',
-            '    "plain": Format(".txt", model=write_plain),\n    "vtk": Format(',
-        ),
-        (
-            "from nanorom.export.poscidyn",
-            "from nanorom.export.plain import write_plain\nfrom nanorom.export.poscidyn",
+            '    "plain": Format(".txt", model="nanorom.export.plain:write_plain"),\n'
+            '    "vtk": Format(',
         ),
     ],
     "scene/film.py": [
-        ('    "beam": Model(', '    "skin": Model(bends=True),\n    "beam": Model('),
+        ('    "beam": Model(', '    "skin": Model(bends=True, planar=False),\n    "beam": Model('),
     ],
     "fem/routes/registry.py": [
         ('    "beam": BeamRoute(),', '    "skin": SkinRoute(),\n    "beam": BeamRoute(),'),

@@ -32,25 +32,69 @@ def drum(model="membrane", **sections):
 
 PROGRAMS = {
     "drive pattern": """
-        from nanorom.rom.patterns import force
-        drive = nanorom.Drive(1.0, direct_pattern="ring", position=(0, 0), radius=3e-7)
+        from nanorom.rom.patterns import DrawnWork
+        drive = nanorom.Drive(1.0, direct_pattern="ring", position=(0, 0), rim="300 nm")
         sweep = nanorom.Sweep("0.9 f1", "1.1 f1")
         scene = drum(drive=drive, damping=nanorom.Damping(100), sweep=sweep)
         assert nanorom.Scene.from_toml(scene.to_toml()) == scene
         model = nanorom.reduce(scene)
-        drawn = force(drive.pattern, model.shapes)
+        drawn = drive.pattern.force(DrawnWork(model.shapes))
         assert np.allclose(model.drive["ring"], drawn, rtol=0.02) and model.drive["ring"][0] > 0
         assert nanorom.respond(model, drive, scene.sweep, processes=1).diagrams
     """,
+    "parametric pattern with a key": """
+        from nanorom.rom.patterns import aimed
+        drive = nanorom.Drive(parametric=1e-3, parametric_pattern="share", share=0.25)
+        sweep = nanorom.Sweep("1.95 f1", "2.05 f1")
+        scene = drum(drive=drive, damping=nanorom.Damping(100), sweep=sweep)
+        assert nanorom.Scene.from_toml(scene.to_toml()) == scene
+        model = nanorom.reduce(scene)
+        assert np.array_equal(model.parametric["share"], 0.25 * model.parametric["tension"])
+        half = nanorom.Drive(parametric=1e-3, parametric_pattern="share", share=0.5)
+        again = aimed(model, half).parametric["share"]
+        assert np.allclose(again, 2 * model.parametric["share"], rtol=0.02)
+        assert nanorom.respond(model, drive, scene.sweep, processes=1).diagrams
+        try:
+            nanorom.Drive(1.0, share=0.5)
+        except nanorom.errors.SceneError as error:
+            assert 'drive.share: not used with parametric_pattern = "tension"' in str(error)
+    """,
     "special point": """
-        from nanorom.continuation import ModalSystem, explore
+        from nanorom.continuation import ModalSystem, explore, locus
+        from nanorom.continuation.diagrams.selection import of_level
+        from nanorom.continuation.larger.equations import LargerSystem
+        from nanorom.continuation.larger.estimate import estimate
         damping = 0.1
         system = ModalSystem(
             damping=damping, stiffness=1.0, quadratic=[[[0.1]]], cubic=[[[[0.5]]]], direct=[1.0]
         )
         diagram = explore(system, (2.5, 3.5), direct=0.01)
         (found,) = diagram.points("SH")  # |mu| = exp(-damping T / 2), whatever the motion
-        assert abs(found.omega / (-np.pi * damping / np.log(0.9)) - 1) < 1e-8
+        exact = -np.pi * damping / np.log(0.9)
+        assert abs(found.omega / exact - 1) < 1e-8
+        levels = (0.005, 0.05)
+        curve = locus(system, found, 0.01, 0.0, omega=(2.5, 3.5), level=levels, at=[0.02])
+        assert curve.type == "SH" and np.ptp(curve.level) > 0.04
+        assert np.abs(curve.omega / exact - 1).max() < 1e-8
+        curve = locus(
+            system, found, 0.01, 0.0, omega=(2.5, 3.5), level=(0.9, 1.1), parameter="damping"
+        )
+        assert np.abs(curve.omega / (curve.level * exact) - 1).max() < 1e-8
+        cubic = np.zeros((2, 2, 2, 2))  # the same mode, and one that moves with it
+        cubic[0, 0, 0, 0], cubic[1, 0, 0, 0] = 0.5, 0.05
+        cubic[0, 0, 0, 1] = cubic[0, 0, 1, 0] = cubic[0, 1, 0, 0] = 0.05
+        quadratic = np.zeros((2, 2, 2))
+        quadratic[0, 0, 0] = 0.1
+        whole = ModalSystem(
+            damping=[damping, 0.2], stiffness=[1.0, 30.0], quadratic=quadratic, cubic=cubic,
+            direct=[1.0, 0.0],
+        )
+        larger = LargerSystem(whole, np.arange(1), 0.01, 0.0)
+        points = [p for p in of_level(0, diagram, 2) if p.type == "SH"]
+        (error,) = [estimate(larger, point) for point in points]
+        there = error.point.orbit.omega * (1 + error.omega)
+        near = [p.omega for p in explore(whole, (2.9, 3.1), direct=0.01).points("SH")]
+        assert error.found and min(abs(omega / there - 1) for omega in near) < 1e-8
     """,
     "kind of file": """
         from nanorom.files import stored
@@ -76,9 +120,22 @@ PROGRAMS = {
     """,
     "model of the film": """
         from nanorom.workflow import plan
-        skin, plate = nanorom.reduce(drum("skin")), nanorom.reduce(drum("plate"))
-        assert np.array_equal(skin.cubic, plate.cubic)
-        assert "a skin: " in plan(drum("skin"))
+        def string(model):
+            held = nanorom.Support({"left": "simply_supported", "right": "simply_supported"})
+            return nanorom.Scene(
+                geometry=nanorom.String(length=1e-5, width=1e-6),
+                plate=nanorom.Plate(thickness=1e-9, model=model),
+                material=nanorom.Material(4e11, 0.16, 2267.0),
+                tension=nanorom.Tension(0.3),
+                support=held,
+                modes=nanorom.Modes(2),
+            )
+        skin, beam = nanorom.reduce(string("skin")), nanorom.reduce(string("beam"))
+        for name in ("frequency", "mass", "cubic"):  # bending is 1e-5 of the tension
+            one, two = getattr(skin, name), getattr(beam, name)
+            assert np.allclose(one, two, rtol=1e-4, atol=1e-9 * np.abs(two).max()), name
+        assert np.allclose(skin.drive["pressure"], beam.drive["pressure"], rtol=1e-4, atol=1e-18)
+        assert "a skin: " in plan(string("skin"))
     """,
 }
 

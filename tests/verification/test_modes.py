@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import nanorom
-from nanorom.errors import SceneError
-from nanorom.report.text import response_text
+from nanorom.errors import AccuracyWarning, SceneError
+from nanorom.report.text import model_text, response_text
 from nanorom.results.response import Response
 from tests.verification.conftest import drum
 
@@ -106,3 +106,21 @@ def test_modes_are_chosen_for_a_response_alone():
         drum("auto")
     with pytest.raises(SceneError, match="modes.count: found 'all'"):
         drum("all")
+
+
+def test_a_larger_model_that_cannot_be_had_is_told():
+    """Of a block as thick as this, the plane follows no mode but the first statically."""
+    scene = nanorom.Scene(
+        geometry=nanorom.Disc(radius=1e-6),
+        plate=nanorom.Plate(thickness=7e-7, model="plate"),
+        material=nanorom.Material(410e9, 0.16, 2267),
+        modes=nanorom.Modes(1),
+        damping=nanorom.Damping(100),
+        drive=nanorom.Drive(1.0),
+        sweep=nanorom.Sweep("0.9 f1", "1.1 f1"),
+        accuracy=nanorom.Accuracy(degree=4, mesh_size=5e-7),
+    )
+    with pytest.warns(AccuracyWarning, match="errors of the response are not estimated: in-plane"):
+        model = nanorom.reduce(scene)
+    assert model.larger is None
+    assert "not_estimated" in model_text(model)

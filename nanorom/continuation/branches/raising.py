@@ -149,7 +149,7 @@ class Rise:
             right[:n, 0] = -basis.pack(free.residual(x, self.rate)) - level * added
             try:
                 change, direction = np.linalg.solve(matrix, right).T
-            except np.linalg.LinAlgError:
+            except np.linalg.LinAlgError:  # singular: as one that does not converge
                 break
             z = z + change
             if not np.all(np.isfinite(z)):

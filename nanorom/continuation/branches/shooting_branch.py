@@ -15,7 +15,7 @@ from scipy.sparse import bmat, csc_matrix
 from scipy.sparse.linalg import splu
 
 from nanorom.continuation.branches.march import STRAIGHT, Advance, March, StepControl
-from nanorom.continuation.orbits.bifurcations import BRANCHING, CONFIRMED, FOLD, KINDS, Kind
+from nanorom.continuation.orbits.bifurcations import CONFIRMED, KINDS, Kind
 from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
 from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.orbits.product import product_eigenvalues
@@ -98,7 +98,7 @@ class Takeover:
         direction = self._unknowns(nodes, last.omega) - self._unknowns(earlier, before.omega)
         try:
             here = self._correct(nodes, last.omega, direction)
-        except ContinuationError:
+        except ContinuationError:  # nor by shooting: it ends where its harmonics did
             return [], [], "harmonics"
         points: list[Point] = []
         special: list[Special] = []
@@ -323,7 +323,7 @@ class Takeover:
         found = []
         for kind in KINDS.values():
             # at a fold, a multiplier is 1 as well
-            wanted = folds if kind is FOLD else not (folds and kind is BRANCHING)
+            wanted = folds if kind.turns else not (folds and kind.condition.by_slope)
             test = _test(kind)
             if wanted and test(here) * test(there) < 0:
                 found.append((kind, self._locate(here, step, test)))
@@ -378,6 +378,6 @@ class Takeover:
 
 
 def _test(kind: Kind) -> Callable[[Point], float]:
-    if kind is FOLD:
+    if kind.turns:
         return lambda point: float(point.tangent[-1])
     return lambda point: kind.condition.crossing(point.multipliers)

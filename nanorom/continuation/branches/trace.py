@@ -141,7 +141,7 @@ class Tracer:
         self.ending = "open"
         try:
             first = self._expanded(balance, x, orbit.rate, border)
-        except NewtonFailure:
+        except NewtonFailure:  # the ending says all of it
             self.ending = "lost"
             return
         if first is None:

@@ -13,11 +13,11 @@ import attrs
 import numpy as np
 
 from nanorom.continuation.curves.curve import Curve, Point
+from nanorom.continuation.curves.orbits import Orbits, in_units
 from nanorom.continuation.curves.parameter import Parameter
 from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.floquet import FloquetSolver
 from nanorom.continuation.orbits.harmonics import Basis, Support, basis_for, full_support
-from nanorom.continuation.orbits.orbit import PeriodicOrbit, orbit_amplitudes
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array, Numbers
 
@@ -26,8 +26,8 @@ EDGE = 1e-9  # of a scaled level at an end of a range
 TRUNCATION = 1e-11  # of multipliers that tell stability
 
 
-@attrs.frozen(eq=False)
-class OrbitCurve:
+@attrs.frozen(eq=False, kw_only=True)
+class OrbitCurve(Orbits):
     """A family of periodic orbits along a parameter, in the units of the system.
 
     parameter: its name; level (n,); omega (n,) of the drive, or of a free motion itself, rad per
@@ -36,24 +36,8 @@ class OrbitCurve:
     coefficients: Fourier coefficients (2H + 1, L) of each orbit, as of a `Branch`.
     """
 
-    parameter: str
-    level: Array
-    omega: Array
-    amplitude: Array
     multipliers: Numbers
     stable: Array
-    turns: Numbers
-    period_multiple: int
-    coefficients: list[Array] = attrs.field(repr=False)
-
-    def orbit(self, index: int) -> PeriodicOrbit:
-        """The periodic orbit of one point of the curve."""
-        return PeriodicOrbit(
-            self.coefficients[index], float(self.omega[index]), self.period_multiple
-        )
-
-    def __len__(self) -> int:
-        return len(self.level)
 
 
 @attrs.frozen(eq=False)
@@ -151,24 +135,14 @@ def orbit_curve(
     """Points of a curve in the units of the system, with their multipliers; those of a `free`
     motion are stable beside the multiplier 1 along the motion itself.
     """
-    unit = parameter.unit
-    coefficients = [unit.given(point.full) for point in points]
     multipliers = np.array([_multipliers(parameter, point, multiple) for point in points])
     sizes = np.abs(multipliers)
     if free:
         along = np.abs(multipliers - 1).argmin(axis=1)
         sizes[np.arange(len(points)), along] = 0.0
-    return OrbitCurve(
-        parameter=parameter.name,
-        level=np.array([point.level for point in points]) * parameter.size,
-        omega=np.array([point.rate for point in points]) * multiple * unit.frequency,
-        amplitude=np.array([orbit_amplitudes(c[None])[0] for c in coefficients]),
-        multipliers=multipliers,
-        stable=sizes.max(axis=1) < 1,
-        turns=np.flatnonzero([point.turn for point in points]),
-        period_multiple=multiple,
-        coefficients=coefficients,
-    )
+    stable = sizes.max(axis=1) < 1
+    found = in_units(parameter, points, multiple)
+    return OrbitCurve(multipliers=multipliers, stable=stable, **found)
 
 
 def within(points: Sequence[Point], level: tuple[float, float], size: float) -> list[Point]:

@@ -17,7 +17,7 @@ from nanorom.continuation.points.critical import CriticalBalance
 
 @attrs.define(eq=False, kw_only=True)
 class CriticalCurve(Curve):
-    """Orbits at a bifurcation of one kind; of a Neimark-Sacker point, the further unknown is the
+    """Orbits at a bifurcation of one kind; where a pair is critical, the further unknown is its
     second frequency by the rate.
     """
 

@@ -172,7 +172,7 @@ class Curve(ABC):
         border = np.eye(len(z))[level]
         try:
             found, tangent, _ = self._correct(before.balance, z, border)
-        except ContinuationError:
+        except ContinuationError:  # located by bisection below
             found, tangent = np.full_like(z, np.inf), z
         if np.linalg.norm(found - z) < BENT * np.linalg.norm(there.z - before.z):
             return attrs.evolve(before, z=found, tangent=tangent)
@@ -242,7 +242,7 @@ class Curve(ABC):
             right[:-1, 0] = -residual
             try:
                 change, direction = np.linalg.solve(np.vstack([jacobian, border]), right).T
-            except np.linalg.LinAlgError:
+            except np.linalg.LinAlgError:  # singular: as one that does not converge
                 break
             z = z + change
             if not np.all(np.isfinite(z)) or z[balance.basis.size] <= 0:

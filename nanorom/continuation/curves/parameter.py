@@ -34,6 +34,9 @@ class Parameter:
         return self.origin.plus(self.change, level)
 
 
+FACTORS = {"direct": ("direct",), "parametric": ("parametric",), "both": LEVELS}
+
+
 def parameter_of(
     system: ModalSystem,
     given: Given,
@@ -43,9 +46,9 @@ def parameter_of(
 ) -> Parameter:
     """What is varied, over a range of levels.
 
-    given : "direct" or "parametric", a level; the name of another array, a factor on it; arrays by
-        name that are added `level` times; or a system, which is reached at level 1, from the first
-        one at level 0
+    given : "direct" or "parametric", a level, or "both", a factor on both; the name of another
+        array, a factor on it; arrays by name that are added `level` times; or a system, which is
+        reached at level 1, from the first one at level 0
     direct, parametric : the levels otherwise
 
     Raises ContinuationError for another parameter or a range that is not rising and finite.
@@ -55,22 +58,49 @@ def parameter_of(
     size = float(max(abs(value) for value in span))
     if isinstance(given, ModalSystem):
         unit = with_symmetries(given.scaled(direct, parametric))
-        back = given.towards(system, unit, direct, parametric)
-        name, start, change = "system", 1.0, back.times(-1.0)
-    elif isinstance(given, Mapping):
-        unit = with_symmetries(system.scaled(direct, parametric))
-        name, start, change = ", ".join(given), 0.0, system.change(given, unit)
-    elif given in LEVELS:
-        levels = {"direct": direct, "parametric": parametric, given: size}
-        unit = with_symmetries(system.scaled(**levels))
-        name, start = given, size
-        change = system.change({given: system.arrays()[given]}, unit)
-    elif given in TENSORS:
-        unit = with_symmetries(system.scaled(direct, parametric))
-        name, start = given, 1.0
-        change = system.change({given: getattr(system, given)}, unit)
-    else:
-        known = ", ".join((*LEVELS, *TENSORS))
+        change = given.towards(system, unit, direct, parametric).times(-size)
+        return Parameter("system", unit, unit.plus(change, -1.0 / size), change, size)
+    levels = {"direct": direct, "parametric": parametric}
+    if isinstance(given, str) and given in LEVELS:
+        levels[given] = size
+    return through(system, given, levels, size)[0]
+
+
+def through(
+    system: ModalSystem,
+    given: str | Mapping[str, object],
+    levels: Mapping[str, float],
+    size: float = 0.0,
+) -> tuple[Parameter, float]:
+    """What is varied about the equations at levels, in whose coordinates it is, and its value
+    there; size: the unit of its steps, that value itself if left out.
+
+    Raises ContinuationError for what is no parameter, or is zero there.
+    """
+    unit = with_symmetries(system.scaled(**levels))
+    added, start = _arrays(system, given, levels)
+    size = size or abs(start)
+    change = system.change(added, unit).times(size)
+    name = given if isinstance(given, str) else ", ".join(given)
+    return Parameter(name, unit, unit.plus(change, -start / size), change, size), start
+
+
+def _arrays(
+    system: ModalSystem, given: str | Mapping[str, object], levels: Mapping[str, float]
+) -> tuple[dict[str, object], float]:
+    """Arrays of which the system has `level` times as much, and its level at given ones."""
+    if not isinstance(given, str):
+        return dict(given), 0.0
+    if given in FACTORS:
+        used = [name for name in FACTORS[given] if levels[name]]
+        if not used:
+            raise ContinuationError(f"parameter: the level of {given!r} is zero at the point")
+        if given == "both":
+            return {name: levels[name] * system.arrays()[name] for name in used}, 1.0
+        return {given: system.arrays()[given]}, levels[given]
+    if given not in TENSORS:
+        known = ", ".join((*FACTORS, *TENSORS))
         raise ContinuationError(f"parameter: found {given!r}; allowed {known}, arrays or a system")
-    change = change.times(size)
-    return Parameter(name, unit, unit.plus(change, -start / size), change, size)
+    if not getattr(system, given).any():
+        raise ContinuationError(f"parameter: {given!r} is zero; give the array to be added")
+    return {given: getattr(system, given)}, 1.0

@@ -176,7 +176,7 @@ class _Curve:
             right[:-1, 0] = -static_force(system, q)
             try:
                 change, direction = np.linalg.solve(matrix, right).T
-            except np.linalg.LinAlgError:
+            except np.linalg.LinAlgError:  # singular: as one that does not converge
                 break
             y = y + change
             if np.abs(change).max() < NEWTON * max(1.0, np.abs(y).max()):

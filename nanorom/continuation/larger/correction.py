@@ -19,6 +19,13 @@ from nanorom.types import Array
 LOST = 1e3  # relative: a correction beyond that says nothing
 
 
+def change_of(amplitudes: Array, before: float) -> Array:
+    """Relative change of amplitudes (n,); 0 of one that is at rest before and after."""
+    if before == 0:
+        return np.where(amplitudes == 0, 0.0, np.inf)
+    return amplitudes / before - 1
+
+
 @attrs.frozen(eq=False)
 class Correction:
     """Of an orbit of a model, as scaled coefficients x and a rate.
@@ -69,7 +76,7 @@ def first_correction(larger: LargerSystem, seen: Seen) -> Correction:
     after = [before + basis.expand(basis.unpack(part), larger.scaled.size) for part in parts]
     amplitudes = orbit_amplitudes(np.array([before, *after]))
     largest = larger.inside[int(amplitudes[0, larger.inside].argmax())]
-    relative = amplitudes[:, largest] / amplitudes[0, largest] - 1
+    relative = change_of(amplitudes[:, largest], float(amplitudes[0, largest]))
     shares = np.zeros(larger.scaled.size)
     shares[own] = np.maximum(np.abs(rates) / rate, np.abs(relative[2:]))
     return Correction(

@@ -103,6 +103,8 @@ class LargerSystem:
         modulus, harmonics = 2 * period_multiple, (len(full) - 1) // 2
         table = np.zeros((self.scaled.size, modulus), dtype=bool)
         large = np.abs(full) > PRESENT * np.abs(full).max()
+        if not large.any():  # at rest: whether its own modes stay there is what is asked
+            large[:, self.inside] = True
         for row in range(len(full)):
             for number in ((row + 1) // 2, -((row + 1) // 2)):
                 table[large[row], number % modulus] = True

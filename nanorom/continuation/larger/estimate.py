@@ -10,12 +10,12 @@ import attrs
 import numpy as np
 
 from nanorom.continuation.diagrams.selection import PLAIN, Chosen
-from nanorom.continuation.larger.correction import Correction, first_correction
+from nanorom.continuation.larger.correction import Correction, change_of, first_correction
 from nanorom.continuation.larger.equations import LargerSystem
 from nanorom.continuation.larger.growth import participation
 from nanorom.continuation.larger.location import Place, nearby, special
 from nanorom.continuation.orbits.balance import NewtonFailure
-from nanorom.continuation.orbits.bifurcations import FOLD, KINDS
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.continuation.orbits.orbit import orbit_amplitudes
 from nanorom.types import Array
 
@@ -68,7 +68,7 @@ def estimate(larger: LargerSystem, point: Chosen) -> Estimate:
         result = _found(larger, point, first, there)
     except NewtonFailure:
         there, result = place, _lost(larger, point, first)
-    if kind is FOLD:
+    if kind.turns:
         return result
     critical = kind.condition.nearest(point.multipliers)
     part = participation(larger, seen, there.x, there.rate, critical)
@@ -86,6 +86,7 @@ def _found(larger: LargerSystem, point: Chosen, first: Correction, place: Place)
     full = larger.orbit(first.seen, place.x, place.rate).coefficients
     moving = larger.scaled.amplitude * orbit_amplitudes(full[None])[0]
     largest = int(point.amplitude.argmax())
-    ratio = moving[larger.inside[largest]] / point.amplitude[largest]
+    after = moving[larger.inside[[largest]]]
+    (change,) = change_of(after, float(point.amplitude[largest]))
     omega = place.rate / first.seen.rate - 1
-    return Estimate(point, omega, float(ratio - 1), moving, first.shares)
+    return Estimate(point, omega, float(change), moving, first.shares)

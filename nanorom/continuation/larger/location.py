@@ -12,7 +12,7 @@ import numpy as np
 
 from nanorom.continuation.larger.equations import LargerSystem, Seen
 from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
-from nanorom.continuation.orbits.bifurcations import FOLD, Kind
+from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.types import Array, Numbers
 
 CORRECTED = 1e-7  # of an orbit: the last change of Newton's method
@@ -65,11 +65,11 @@ class Critical:
         self._near = kind.condition.nearest(multipliers)
 
     def __call__(self, place: Place) -> float:
-        if self.kind is FOLD:
+        if self.kind.turns:
             return float(place.tangent[-1])
         found = self.larger.multipliers(self.seen, place.x, place.rate)
         self._near = complex(found[np.argmin(np.abs(found - self._near))])
-        return float(np.log(np.abs(self._near)))
+        return float(np.log(np.abs(self._near))) - self.kind.condition.growth
 
 
 def special(

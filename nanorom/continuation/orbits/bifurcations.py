@@ -49,6 +49,16 @@ class Kind:
         return self.period_factor > 0
 
     @property
+    def sheds_tori(self) -> bool:
+        """Whether motions of a second frequency leave it."""
+        return self.condition.conjugate and self.condition.growth == 0
+
+    @property
+    def changes_motion(self) -> bool:
+        """Whether what it brings has another period, or a second frequency."""
+        return not self.turns and self.period_factor != 1
+
+    @property
     def multipliers(self) -> int:
         """How many become critical."""
         return self.condition.multipliers
@@ -84,6 +94,16 @@ DOUBLING = Kind("PD", "period doubling", At(-1.0), 2, "D", when_symmetric="BP")
 TORUS = Kind("NS", "Neimark-Sacker", OnCircle(), 0, "o")
 BRANCHING = Kind("BP", "branch point", At(1.0, by_slope=True), 1, "^", at_ends=True)
 KINDS = {kind.code: kind for kind in (FOLD, DOUBLING, TORUS, BRANCHING)}
+
+
+def turning() -> tuple[Kind, ...]:
+    """The kinds that are where the rate turns."""
+    return tuple(kind for kind in KINDS.values() if kind.turns)
+
+
+def turns(code: str) -> bool:
+    """Whether the rate turns at a point of that type; types of no special point are allowed."""
+    return code in KINDS and KINDS[code].turns
 
 
 def crossed(modes: int | None = None) -> tuple[Kind, ...]:

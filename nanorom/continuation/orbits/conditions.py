@@ -31,10 +31,16 @@ Critical = Callable[[Numbers, float], float]
 class Condition(ABC):
     """What a kind of bifurcation is told by, from multipliers (2L,) of a period.
 
-    multipliers : how many are critical at once.
+    multipliers : how many are critical at once
+    conjugate : the critical ones are a complex pair, whose angle nobody knows before
+    by_slope : at a fold a multiplier is the same, and the slope of the rate tells it from one
+    growth : log modulus of the critical ones
     """
 
     multipliers = 1
+    conjugate = False
+    by_slope = False
+    growth = 0.0
 
     def candidates(self, multipliers: Numbers) -> Numbers:
         """Those that may be critical."""
@@ -47,6 +53,12 @@ class Condition(ABC):
     def nearest(self, multipliers: Numbers) -> complex:
         """The one that is critical, or next to it."""
         return complex(self.candidates(multipliers)[self.distances(multipliers).argmin()])
+
+    def second_frequency(self, multipliers: Numbers) -> tuple[float, ...]:
+        """Of the motion of a critical pair, by the rate of the orbit; none of a real multiplier."""
+        if not self.conjugate:
+            return ()
+        return (float(np.angle(self.nearest(multipliers)) / (2 * np.pi)),)
 
     @abstractmethod
     def crossing(self, multipliers: Numbers) -> float:
@@ -142,6 +154,7 @@ class OnCircle(Condition):
     """A complex pair has modulus 1."""
 
     multipliers = 2
+    conjugate = True
 
     def candidates(self, multipliers: Numbers) -> Numbers:
         return multipliers[multipliers.imag > REAL]

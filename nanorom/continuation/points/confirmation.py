@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.continuation.branches.path import Path
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
-from nanorom.continuation.orbits.bifurcations import BRANCHING, CONFIRMED, FOLD, Kind
+from nanorom.continuation.orbits.bifurcations import CONFIRMED, Kind
 from nanorom.continuation.orbits.floquet import FloquetSolver
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
 from nanorom.continuation.orbits.shooting import Shooting
@@ -61,11 +61,12 @@ def without_shadows(found: list[Polished], path: Path) -> list[Polished]:
     At a fold of a motion that is hardly damped two multipliers meet near 1, and both of them cross
     it in the noise.
     """
-    folds = [point.orbit.omega for point in found if point.kind is FOLD]
+    folds = [point.orbit.omega for point in found if point.kind.turns]
     near = SHADOW * path.tracer.accuracy.loss
 
     def shadow(point: Polished) -> bool:
-        if point.kind is not BRANCHING or point.kind.distance(point.multipliers, 2) > PAIRED:
+        kind = point.kind
+        if not kind.condition.by_slope or kind.distance(point.multipliers, 2) > PAIRED:
             return False
         omega = point.orbit.omega
         return any(abs(omega - fold) < max(near, ROUND_OFF) * omega for fold in folds)
@@ -100,7 +101,7 @@ def _polished(
             series, a = nearby, _zero(detected, nearby, solvers, path, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
-            if shift or detected.kind is FOLD:
+            if shift or detected.kind.turns:
                 return None
             shift = ASIDE * window
             continue
@@ -145,7 +146,7 @@ def _zero(
     around: float,
 ) -> float:
     """Where the critical quantity vanishes, close to a = around (0 for a fold)."""
-    if detected.kind is FOLD:
+    if detected.kind.turns:
         roots = series.folds(-window, window)
         if not roots:
             raise ContinuationError("no fold in the neighbourhood")

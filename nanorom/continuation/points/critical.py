@@ -2,10 +2,10 @@
 
 An orbit is a fold (LP), a period doubling (PD), a symmetry breaking (BP) or a torus bifurcation
 (NS) where an operator A becomes singular: the Jacobian of the balance on the harmonics of the
-orbit, on those it does not contain, or shifted by the second frequency. A bordered system turns
-that into one smooth scalar, (A b; c' 0)(v; g) = (0; 1), g = 0, whose gradient needs no second solve
-than that of the transpose. Source: Govaerts 2000, doi:10.1137/1.9780898719543 (minimally extended
-systems).
+orbit, on those it does not contain, or shifted by the exponent of the critical multiplier. A
+bordered system turns that into one smooth scalar, (A b; c' 0)(v; g) = (0; 1), g = 0, whose gradient
+needs no second solve than that of the transpose. Source: Govaerts 2000,
+doi:10.1137/1.9780898719543 (minimally extended systems).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nanorom.continuation.orbits.balance import HarmonicBalance
-from nanorom.continuation.orbits.bifurcations import FOLD, TORUS, Kind
+from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.harmonics import Basis, Support, basis_for, full_support
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
@@ -23,8 +23,8 @@ from nanorom.types import Array, Numbers
 
 
 class CriticalBalance:
-    """The balance and g = 0 for the unknowns z = (x, rate, level), for NS also the second frequency
-    in units of the rate, on one number of harmonics.
+    """The balance and g = 0 for the unknowns z = (x, rate, level), for a critical pair also the
+    second frequency in units of the rate, on one number of harmonics.
 
     The system is origin + level * change: every array may depend on the parameter, and all terms
     are linear in the arrays, so both are set up once.
@@ -44,13 +44,16 @@ class CriticalBalance:
         self.border: tuple[Array, Array] | None = None
         factor = self.factor = max(kind.period_factor, 1)
         inherited = support.stretch(factor)
-        if kind is FOLD:
+        condition = kind.condition
+        self.pair, self.growth = condition.conjugate, factor * condition.growth / (2 * np.pi)
+        self.shifted = self.pair or self.growth != 0
+        if kind.turns:
             self.wide, self.chosen = self.basis, np.arange(self.basis.size)
         else:
             wide = full_support(origin, multiple * factor)
             self.wide = basis_for(wide, harmonics * factor, multiple * factor)
             inside = inherited.rows_mask(harmonics * factor).ravel()
-            self.chosen = np.arange(self.wide.size) if kind is TORUS else np.flatnonzero(~inside)
+            self.chosen = np.arange(self.wide.size) if self.shifted else np.flatnonzero(~inside)
             if not len(self.chosen):
                 raise ContinuationError(
                     f"parameter: with it the orbits have no symmetry that a {kind.code} could break"
@@ -87,12 +90,12 @@ class CriticalBalance:
         return np.concatenate([residual + level * by_level, value]), jacobian
 
     def _criticality(self, z: Array, matrices: Sequence[Array]) -> tuple[Array, Array]:
-        """g (real and imaginary part for NS) and its gradient; matrices: Jacobians of balances."""
+        """g (both parts of it for a pair) and its gradient; matrices: Jacobians of the balances."""
         n, wide = self.basis.size, self.wide
         rate, level = float(z[n]) / self.factor, float(z[n + 1])
-        shift = float(z[n + 2]) if self.kind is TORUS else 0.0
+        shift = complex(self.growth, z[n + 2]) if self.pair else self.growth
         x = self._widened(z[:n])
-        if self.kind is not FOLD:
+        if not self.kind.turns:
             matrices = [self._matrix(b, x, rate, shift) for b in self.operators]
         matrix, by_level = matrices
         v, w, g = self._null_vectors(matrix + level * by_level)
@@ -107,9 +110,9 @@ class CriticalBalance:
             gradient[:n] -= weight * packed
             by_rate, by_shift = self._slopes(operator, x, rate, shift, left, right)
             gradient[n] -= weight * by_rate / self.factor
-            if self.kind is TORUS:
+            if self.pair:
                 gradient[n + 2] -= weight * by_shift
-        if self.kind is not TORUS:
+        if not self.pair:
             return np.array([g.real]), gradient.real[None]
         return np.array([g.real, g.imag]), np.stack([gradient.real, gradient.imag])
 
@@ -126,30 +129,30 @@ class CriticalBalance:
         operator: HarmonicBalance,
         x: Array,
         rate: float,
-        shift: float,
+        shift: complex,
         left: Array,
         right: Array,
     ) -> tuple[complex, complex]:
-        """w' (d operator / drate) v and w' (d operator / dshift) v."""
+        """w' (d operator / drate) v and w' (d operator / d imaginary part of the shift) v."""
         second, first = operator.second_weight * right, operator.derivative(right)
-        # the rate multiplies d/dtheta, which for NS is d/dtheta + i shift
-        turned = first + 1j * shift * right
+        # the rate multiplies d/dtheta, which is d/dtheta + shift
+        turned = first + shift * right
         inertia = operator.inertia
-        slope = 2 * rate * (second + inertia * (2j * shift * first - shift**2 * right))
+        slope = 2 * rate * (second + inertia * (2 * shift * first + shift * shift * right))
         by_rate = complex((left * (slope + turned @ operator.damping_t)).sum())
-        change = inertia * rate**2 * (2j * first - 2 * shift * right)
+        change = inertia * rate**2 * (2j * first + 2j * shift * right)
         by_shift = complex((left * (change + 1j * rate * (right @ operator.damping_t))).sum())
         if operator.has_loss:
             by_rate += self._loss_term(operator, x, left, right, turned)
             by_shift += 1j * rate * self._loss_term(operator, x, left, 0 * right, right)
         return by_rate, by_shift
 
-    def _matrix(self, operator: HarmonicBalance, x: Array, rate: float, shift: float) -> Array:
+    def _matrix(self, operator: HarmonicBalance, x: Array, rate: float, shift: complex) -> Array:
         """The operator that is to be singular, or what the parameter adds to it."""
         matrix = operator.jacobian_t(x, rate).T
         if self.wide.unknowns is None:
             matrix = matrix[np.ix_(self.chosen, self.chosen)]
-        return matrix + self._shifted(operator, x, rate, shift) if self.kind is TORUS else matrix
+        return matrix + self._shifted(operator, x, rate, shift) if self.shifted else matrix
 
     def _null_vectors(self, matrix: Array) -> tuple[Array, Array, complex]:
         """Right and left vectors and g of the bordered operator; the borders follow the vectors."""
@@ -211,7 +214,7 @@ class CriticalBalance:
         operator: HarmonicBalance,
         x: Array,
         rate: float,
-        shift: float,
+        shift: complex,
         left: Array,
         right: Array,
     ) -> Array:
@@ -220,7 +223,7 @@ class CriticalBalance:
         weights = basis.analysis.T @ left
         q, z = basis.synthesis @ x, rate * (basis.synthesis @ operator.derivative(x))
         r = basis.synthesis @ right
-        s = rate * (basis.synthesis @ (operator.derivative(right) + 1j * shift * right))
+        s = rate * (basis.synthesis @ (operator.derivative(right) + shift * right))
         # of w (2 D(r, q) z + D(q, q) s), by q and by z
         by_q = 2 * np.einsum("rkjl,nr,nj,nk->nl", tensor, weights, r, z, optimize=True)
         by_q = by_q + 2 * np.einsum("rkjl,nr,nj,nk->nl", tensor, weights, q, s, optimize=True)
@@ -236,22 +239,22 @@ class CriticalBalance:
             np.einsum("rkjl,nj,nl,nk->nr", operator.loss_tensor, a, b, velocity, optimize=True)
         )
 
-    def _shifted(self, operator: HarmonicBalance, x: Array, rate: float, shift: float) -> Array:
-        """What a factor exp(i shift theta) adds to the operator on the full grid."""
+    def _shifted(self, operator: HarmonicBalance, x: Array, rate: float, shift: complex) -> Array:
+        """What a factor exp(shift theta) adds to the operator on the full grid."""
         basis, size = operator.basis, operator.size
         rows = len(basis.rows)
         turn = np.zeros((rows, rows))
         turn[np.arange(rows), basis.derivative_row] = basis.derivative_weight[:, 0]
         inertia = np.diag(operator.inertia)
-        added = np.zeros((rows * size,) * 2, dtype=complex)
+        added = np.zeros((rows * size,) * 2, dtype=type(shift))
         if operator.inertia.any():
-            added += 2j * shift * rate**2 * np.kron(turn, inertia)
-            added -= (shift * rate) ** 2 * np.kron(np.eye(rows), inertia)
-        added += 1j * shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
+            added += 2 * shift * rate**2 * np.kron(turn, inertia)
+            added += (shift * rate) * (shift * rate) * np.kron(np.eye(rows), inertia)
+        added += shift * rate * np.kron(np.eye(rows), operator.damping_t.T)
         if not operator.has_loss:
             return added
         friction = operator.friction(x).transpose(1, 3, 0, 2).reshape(rows * size, rows * size)
-        return added + 1j * shift * rate * friction
+        return added + shift * rate * friction
 
 
 def _both(

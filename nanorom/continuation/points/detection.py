@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from nanorom.continuation.branches.path import Path, Place
-from nanorom.continuation.orbits.bifurcations import FOLD, Kind, crossed, outside
+from nanorom.continuation.orbits.bifurcations import Kind, crossed, outside, turning
 from nanorom.continuation.orbits.coordinates import pairs
 from nanorom.continuation.points.crossings import crossings
 from nanorom.continuation.points.samples import Samples
@@ -158,7 +158,8 @@ class Detector:
     def _folds(self) -> list[Detected]:
         found = []
         for number, step in enumerate(self.path.steps):
-            found += [Detected(FOLD, Place(number, a)) for a in step.folds(step.start, step.length)]
+            places = [Place(number, a) for a in step.folds(step.start, step.length)]
+            found += [Detected(kind, place) for place in places for kind in turning()]
         return found
 
     def _roots(self, kind: Kind) -> list[Detected]:

@@ -185,7 +185,7 @@ class Family:
             except Unresolved:
                 unresolved, step = unresolved + 1, 0.4 * step
                 continue
-            except ContinuationError:
+            except ContinuationError:  # the shortest step that fails is told as None
                 step *= 0.4
                 continue
             border = here.tangent.resized(there.curve.circle.harmonics)

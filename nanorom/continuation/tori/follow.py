@@ -10,6 +10,7 @@ import numpy as np
 
 from nanorom.continuation.arrays import finite
 from nanorom.continuation.diagrams.diagram import SpecialPoint
+from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.continuation.orbits.harmonics import Support, close_support, symmetry_signs
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.system import ModalSystem
@@ -144,8 +145,11 @@ def _scaled_state(parameter: Varied, state: object) -> Array:
 def _start(parameter: Varied, point: SpecialPoint | Array, at: float | None) -> float:
     """The value of the parameter at the point; raises ContinuationError outside the range."""
     special = isinstance(point, SpecialPoint)
-    if isinstance(point, SpecialPoint) and point.type != "NS":
-        raise ContinuationError(f"point: found {point.type}; allowed a special point of type NS")
+    if isinstance(point, SpecialPoint) and not KINDS[point.type].sheds_tori:
+        allowed = " | ".join(code for code, kind in KINDS.items() if kind.sheds_tori)
+        raise ContinuationError(
+            f"point: found {point.type}; allowed a special point of type {allowed}"
+        )
     if at is None and not (special and parameter.name == "omega"):
         raise ContinuationError(f"at: missing; give the {parameter.name} of the point")
     if at is not None and not finite(at):

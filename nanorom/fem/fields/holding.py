@@ -16,6 +16,7 @@ from mpi4py import MPI
 
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.solvers import compat
+from nanorom.fem.symmetry import Parity
 
 SHARP = 0.07  # ratio of a tensor's eigenvalues where edges meet at 30 degrees: less is one curve
 ALONG_AXIS = 1e-9  # of a unit vector: a smaller component is the rounding of an edge's direction
@@ -43,12 +44,14 @@ class Holding:
     """How supports hold a film in its plane.
 
     edges : local facets by what they hold rigidly, "fixed", "normal" or "tangential"; rigid,
-    elastic : (local nodes, 3) sums of d d^T (xx, yy, xy) over the edges that hold a direction d.
+    elastic : (local nodes, 3) sums of d d^T (xx, yy, xy) over the edges that hold a direction d;
+    known : what they leave of motions by the parity of strains, as far as it has been asked.
     """
 
     edges: Mapping[str, np.ndarray]
     rigid: np.ndarray
     elastic: np.ndarray
+    known: dict[Parity, Constraints] = attrs.field(factory=dict, init=False)
 
     @classmethod
     def of(

@@ -105,12 +105,15 @@ def free_dofs(plate: Membrane, parity: Parity = ()) -> algebra.FreeDofs:
 
 def constraints(plate: Membrane, parity: Parity = ()) -> Constraints:
     """What supports and mirrors hold of displacements whose strains have a parity. Collective."""
+    if parity in plate.holding.known:
+        return plate.holding.known[parity]
     tensor = plate.holding.rigid.copy()
     for axis, odd in zip(plate.mirrors.axes, parity):
         nodes = fem.locate_dofs_topological(plate.in_plane, 1, plate.on_mirror(axis))
         across = AXES.index(axis)
         tensor[nodes, 1 - across if odd else across] += 1.0
-    return holding.constraints(plate.in_plane, tensor, plate.holding.elastic)
+    found = holding.constraints(plate.in_plane, tensor, plate.holding.elastic)
+    return plate.holding.known.setdefault(parity, found)
 
 
 def spring_work(plate: Membrane, displacements: np.ndarray) -> np.ndarray:

@@ -97,8 +97,7 @@ def load(
     """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
     if file.parent != MESHES:
         vetting.check(file)
-    gmsh = vetting.gmsh()
-    gmsh.initialize(readConfigFiles=False)
+    gmsh = vetting.start()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", size_factor)

@@ -8,6 +8,7 @@ because some damaged files kill gmsh, each is tried in a process of its own firs
 from __future__ import annotations
 
 import importlib
+import inspect
 import os
 import re
 import subprocess
@@ -71,6 +72,19 @@ def gmsh() -> Any:
         raise NanoromError(MISSING.format(error)) from error
     if not _in_main_thread() and hasattr(module, "oldsig"):
         module.oldsig = None  # what it would set again when it is finalised
+    return module
+
+
+def start() -> Any:
+    """The module gmsh, initialised; in any thread, and without a hand on Ctrl-C where it allows so.
+
+    Raises NanoromError where it or a library that it needs is missing.
+    """
+    module = gmsh()
+    takes = inspect.signature(module.initialize).parameters
+    # gmsh 4.13 would let Ctrl-C end the process from here on, for good
+    own = {"interruptible": False} if "interruptible" in takes else {}
+    module.initialize(readConfigFiles=False, **own)
     return module
 
 

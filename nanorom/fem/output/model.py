@@ -11,7 +11,6 @@ from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import compat
 from nanorom.rom.model import ReducedModel
-from nanorom.rom.patterns import unaimed
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.scene import Scene
 
@@ -21,9 +20,9 @@ class Parts:
     """What a route makes of a scene, in SI units; L modes.
 
     frequency (L,) Hz; mass (L,) kg; label: L names; stiffness (L, L) N/m; quadratic (L, L, L)
-    N/m^2; cubic and outside_cubic (L, L, L, L) N/m^3; area (L,) m^2, int phi dA; slope (L, L),
-    int grad phi . grad phi dA; aimed: further direct patterns (L,) by name; viscous: parts of the
-    force that a viscous material damps, by their names in the model; method: of the tensors.
+    N/m^2; cubic and outside_cubic (L, L, L, L) N/m^3; patterns: the direct ones (L,) and the
+    parametric ones (L, L) by name (`nanorom.rom.patterns.reduced`); viscous: parts of the force
+    that a viscous material damps, by their names in the model; method: of the tensors.
     """
 
     frequency: np.ndarray
@@ -32,21 +31,19 @@ class Parts:
     stiffness: np.ndarray
     quadratic: np.ndarray
     cubic: np.ndarray
-    area: np.ndarray
-    slope: np.ndarray
+    patterns: tuple[dict[str, np.ndarray], dict[str, np.ndarray]]
     shapes: Shapes
     method: str
     diagnostics: dict[str, Any]
     in_plane: str = "free"
     outside_cubic: np.ndarray | None = None
-    aimed: dict[str, np.ndarray] = attrs.field(factory=dict)
     static: dict[str, np.ndarray] = attrs.field(factory=dict)
     viscous: dict[str, np.ndarray] = attrs.field(factory=dict)
 
 
 def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
     """The reduced model of a scene, with its damping; ``told`` is added to its diagnostics."""
-    direct, parametric = unaimed(parts.area, parts.slope)
+    direct, parametric = parts.patterns
     model = ReducedModel(
         frequency=parts.frequency,
         mass=parts.mass,
@@ -57,7 +54,7 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
         quadratic=parts.quadratic,
         cubic=parts.cubic,
         outside_cubic=parts.outside_cubic,
-        drive=direct | parts.aimed,
+        drive=direct,
         parametric=parametric,
         shapes=parts.shapes,
         static=parts.static,

@@ -6,8 +6,7 @@ it are cut in four until their parts are no larger than it is.
 
 from __future__ import annotations
 
-from functools import singledispatch
-
+import attrs
 import basix
 import numpy as np
 
@@ -16,9 +15,10 @@ from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import locate
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.output.model import ModalProducts
 from nanorom.fem.solvers import compat
-from nanorom.scene.drive import Drive
-from nanorom.scene.patterns.pattern import Areal, Concentrated, DirectPattern
+from nanorom.rom.patterns import ModalWork
+from nanorom.scene.patterns.pattern import Areal
 
 QUADRATURE = 20  # degree, on parts of a cell that are smaller than the length of variation
 HALVES = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [0, 1, 1], [1, 0, 1]])
@@ -26,34 +26,41 @@ HALVES = HALVES / HALVES.sum(axis=1, keepdims=True)  # corners and midpoints of 
 QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
 
-def aimed(modes: Modes, drive: Drive | None, length: float) -> dict[str, np.ndarray]:
-    """The drive's pattern (L,) under its name, in SI units; none where it needs no aim.
+@attrs.frozen(eq=False)
+class PolynomialWork(ModalWork):
+    """Virtual work on L modes by their polynomials; length: of the plate's unit in m.
 
-    length: of the plate's unit in m.  Raises SceneError if a point is not on the film.
-    Collective.
+    A point beside the film raises SceneError.  Collective.
     """
-    if drive is None or not drive.pattern.keys():
-        return {}
-    return {drive.direct_pattern: force(drive.pattern, modes, length)}
 
+    modes: Modes
+    products: ModalProducts
+    length: float
 
-@singledispatch
-def force(pattern: DirectPattern, modes: Modes, length: float) -> np.ndarray:
-    """J (L,) in N per unit of the level; length: of the plate's unit in m.
+    def uniform(self, pressure: float = 1.0) -> np.ndarray:
+        return pressure * self.length**2 * self.products.area
 
-    Raises SceneError if a place is not on the film.  Collective.
-    """
-    raise TypeError(f"no direct pattern that is aimed: {pattern!r}")
+    def areal(self, pattern: Areal) -> np.ndarray:
+        modes, plate = self.modes, self.modes.plate
+        total = np.zeros(modes.shapes.shape[1])
+        for flip, sign in _mirrored(modes):
+            cells, reference, measure = areal_rule(pattern, plate, flip, self.length)
+            total += sign * (measure @ _values(modes, cells, reference))
+        return self.length**2 * plate.domain.comm.allreduce(total)
 
+    def point(self, position: tuple[float, float]) -> np.ndarray:
+        place = np.array(position) / self.length
+        flips, signs = (np.array(part) for part in zip(*_mirrored(self.modes)))
+        cells, reference = locate(self.modes.plate, flips * place)
+        here = cells >= 0
+        values = signs[here] * _values(self.modes, cells[here], reference[here])
+        found = np.concatenate(self.modes.plate.domain.comm.allgather(values))
+        if len(found) == 0:
+            raise SceneError("drive.position: it is not on the film")
+        return found[0]
 
-@force.register
-def _(pattern: Areal, modes: Modes, length: float) -> np.ndarray:
-    plate = modes.plate
-    total = np.zeros(modes.shapes.shape[1])
-    for flip, sign in _mirrored(modes):
-        cells, reference, measure = areal_rule(pattern, plate, flip, length)
-        total += sign * (measure @ _values(modes, cells, reference))
-    return length**2 * plate.domain.comm.allreduce(total)
+    def stretch(self, tension: float = 1.0) -> np.ndarray:
+        return -tension * self.products.slope
 
 
 def areal_rule(
@@ -78,19 +85,6 @@ def areal_rule(
     x, jacobian = quadrature.map_points(plate, cells, reference)
     density = pattern.density(length * flip * x)
     return cells, reference, density * np.abs(np.linalg.det(jacobian)) * share.ravel()
-
-
-@force.register
-def _(pattern: Concentrated, modes: Modes, length: float) -> np.ndarray:
-    position = np.array(pattern.position) / length
-    flips, signs = (np.array(part) for part in zip(*_mirrored(modes)))
-    cells, reference = locate(modes.plate, flips * position)
-    here = cells >= 0
-    values = signs[here] * _values(modes, cells[here], reference[here])
-    found = np.concatenate(modes.plate.domain.comm.allgather(values))
-    if len(found) == 0:
-        raise SceneError("drive.position: it is not on the film")
-    return found[0]
 
 
 def _mirrored(modes: Modes) -> list[tuple[np.ndarray, np.ndarray]]:

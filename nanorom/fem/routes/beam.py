@@ -16,6 +16,7 @@ from nanorom.fem.routes.route import Route
 from nanorom.fem.solvers.groups import Team
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.files.partial import Journal
+from nanorom.rom.patterns import DrawnWork, reduced
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import String
 from nanorom.scene.scene import Scene
@@ -75,6 +76,8 @@ class BeamRoute(Route):
         axial = beam.axial_frequency
         inertia.check(axial, found.frequency[index[-1]])
         pick = np.ix_(index, index)
+        shapes = _strip(found, index, width)
+        work = DrawnWork(shapes, width * found.area[index], width * found.slope[pick])
         return Parts(
             frequency=found.frequency[index],
             mass=found.mass[index],
@@ -82,9 +85,8 @@ class BeamRoute(Route):
             stiffness=found.stiffness[pick],
             quadratic=np.zeros((len(index),) * 3),
             cubic=found.cubic[np.ix_(index, index, index, index)],
-            area=width * found.area[index],
-            slope=width * found.slope[pick],
-            shapes=_strip(found, index, width),
+            patterns=reduced(work, None),
+            shapes=shapes,
             method=self.method(scene),
             diagnostics={
                 "asymmetry": 0.0,

@@ -35,6 +35,7 @@ from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import is_of_revolution
 from nanorom.fem.tensors import inextensional
 from nanorom.files.partial import Journal
+from nanorom.rom.patterns import reduced
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -315,7 +316,8 @@ class PlateRoute(Route):
         inertia.check(solution.diagnostics.get("in_plane_frequency", np.inf), frequency[-1])
         with watch.stage("patterns"):
             products = modal_products(modes)
-            aimed = patterns.aimed(modes, scene.drive, scales.length)
+            work = patterns.PolynomialWork(modes, products, scales.length)
+            made = reduced(work, scene.drive)
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
         check_uncoupled(stiffness, solution.names)
@@ -330,9 +332,7 @@ class PlateRoute(Route):
             quadratic=force.quadratic,
             cubic=force.cubic,
             outside_cubic=force.outside,
-            area=scales.length**2 * products.area,
-            slope=products.slope,
-            aimed=aimed,
+            patterns=made,
             shapes=Shapes(points * scales.length, cells, values),
             static=static,
             viscous=viscous(scene, scales, modes, products),
@@ -341,7 +341,7 @@ class PlateRoute(Route):
             diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),
         )
         mass_matrix = modes.mass  # it keeps the film's communicator
-        del solution, modes, plate, products, force
+        del solution, modes, plate, products, force, work
         compat.free_memory(team.within, mass_matrix.comm.tompi4py())
         mass_matrix.destroy()
         return parts

@@ -40,6 +40,7 @@ from nanorom.fem.tensors import shell_outside
 from nanorom.fem.tensors.shell_cases import ShellCases
 from nanorom.fem.tensors.step import EXTRAPOLATED, StepResult, check_potential, step
 from nanorom.files.partial import Journal
+from nanorom.rom.patterns import DrawnWork, reduced
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
@@ -121,6 +122,7 @@ class ShellRoute(Route):
             mass = np.diag(modes.products(shell.kinetic_energy))
             slope = modes.products(shell.unit_tension_energy)
             area = integrals(shell, modes.modes.shapes)
+            shapes = Shapes(points * scales.length, cells, values[:-1])
         stiffness = np.diag(mass * modes.eigenvalues)
         # what the modes' tangential inertia does beyond the static condensation of STEP
         told["tangential_inertia"] = float(
@@ -134,9 +136,8 @@ class ShellRoute(Route):
             quadratic=scales.tension / scales.length * result.quadratic,
             cubic=scales.tension / scales.length**2 * result.cubic,
             outside_cubic=outside,
-            area=scales.length**2 * area,
-            slope=slope,
-            shapes=Shapes(points * scales.length, cells, values[:-1]),
+            patterns=reduced(DrawnWork(shapes, scales.length**2 * area, slope), None),
+            shapes=shapes,
             static=static_state(scales.length * values[-1]),
             method=self.method(scene),
             diagnostics=told | {"error_frequency": solution.error} | _size(shell),

@@ -16,7 +16,7 @@ from nanorom.rom.model import ReducedModel
 from nanorom.scene.units import with_unit
 from nanorom.types import Array
 
-OF_MODEL = {"frequency", "mass", "label", "number", "static/deflection"}
+OF_MODEL = (("L",), ("P",))  # axes of its arrays that are shown: of modes and of points
 LARGE = 600_000  # bytes of shapes beyond which they are kept to 16 bits: 1.5e-5 of their largest
 MOST_SHAPES = 1_000_000  # bytes of shapes; those of the highest modes are left out
 MOST_ORBITS = 120_000  # Fourier coefficients; beyond them every second, third ... orbit is kept
@@ -26,14 +26,15 @@ NEGLIGIBLE = 1e-7  # of the largest coefficient of an orbit: what no picture sho
 
 def add_model(pack: Pack, model: ReducedModel) -> None:
     """The modes, and their shapes where the model has them."""
-    schema.give(model, pack.sub("rom", OF_MODEL))
+    shown = {leaf.path for leaf in schema.leaves(model) if leaf.item.axes in OF_MODEL}
+    schema.give(model, pack.sub("rom", shown))
     if model.shapes is None:
         return
     own, shapes = pack.sub("rom/shapes"), model.shapes
     own.numbers("points", shapes.points, "f4", "m")
     own.numbers("cells", shapes.cells, "u2" if len(shapes.points) < 2**16 else "u4")
-    shown = max(1, min(model.size, MOST_SHAPES // (2 * len(shapes.points))))
-    values = shapes.values[:shown]
+    drawn = max(1, min(model.size, MOST_SHAPES // (2 * len(shapes.points))))
+    values = shapes.values[:drawn]
     if 4 * values.size <= LARGE:
         own.numbers("values", values, "f4")
     else:

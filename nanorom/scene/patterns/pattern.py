@@ -1,19 +1,65 @@
 """What a drive pattern tells of itself, and the kinds of force that there are.
 
-A pattern says its name, the unit of its level and its keys in [drive], and belongs to one of the
-kinds below.  The kind is all that finite elements (`nanorom.fem.output.patterns`) and stored models
-(`nanorom.rom.patterns`) look at: a new pattern of a known kind is one file and one row of the
-table, a new kind one more function in each of the two.
+A pattern is a class that says its name, the unit of its level, its keys in [drive] (its fields, as
+those of any section) and what it does to a film, in terms of the virtual work of simple forces
+(`VirtualWork`).  Whatever a film is known by (polynomials of its modes, their drawings, all its
+basis functions) gives that work; nothing asks which pattern it has.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import attrs
+import numpy as np
 
+from nanorom.scene import fields as v
+from nanorom.scene.units import wrong
 from nanorom.types import Array
+
+Force = TypeVar("Force")
+Operator = TypeVar("Operator")
+
+
+class VirtualWork(ABC, Generic[Force, Operator]):
+    """What simple forces do to a film: on L modes a Force is (L,) and an Operator (L, L)."""
+
+    @abstractmethod
+    def uniform(self, pressure: float = 1.0) -> Force:
+        """Of a pressure in Pa everywhere: int pressure phi dA."""
+
+    @abstractmethod
+    def areal(self, pattern: Areal) -> Force:
+        """Of a force per area that varies: int density phi dA."""
+
+    @abstractmethod
+    def point(self, position: tuple[float, float]) -> Force:
+        """Of one newton at (x, y) in m: phi there.  Raises SceneError beside the film."""
+
+    @abstractmethod
+    def stretch(self, tension: float = 1.0) -> Operator:
+        """Of a change of tension in N/m in all directions: -int tension grad phi . grad phi dA."""
+
+    @abstractmethod
+    def proportional(self, force: Force) -> Operator:
+        """Of a force on each mode that its amplitude multiplies: diag(force)."""
+
+
+def _read_position(value: Any) -> tuple[float, ...]:
+    position = v.read_quantities(value, "m", "drive.position")
+    if len(position) != 2:
+        raise wrong("drive.position", position, 'x and y such as ["1 um", "0 um"]')
+    return position
+
+
+POSITION = v.custom(
+    "drive.position",
+    _read_position,
+    allowed="a list of two",
+    about="x and y of a spot's centre or of a point",
+    unit="m",
+)
 
 
 @attrs.frozen
@@ -28,15 +74,27 @@ class Pattern(ABC):
         """Keys of [drive] that it needs beside the level: its attributes."""
         return tuple(field.name for field in attrs.fields(cls))
 
+    @classmethod
+    def aimed(cls) -> bool:
+        """It has keys; only a pattern that has none is one and the same in every drive."""
+        return bool(cls.keys())
+
 
 @attrs.frozen
 class DirectPattern(Pattern):
     """J (L,) in N per unit of the level: the virtual work on each mode."""
 
+    @abstractmethod
+    def force(self, work: VirtualWork[Force, Operator]) -> Force:
+        """J on what does the work; raises SceneError for a place beside the film."""
+
 
 @attrs.frozen
 class Uniform(DirectPattern):
     """One newton per square metre everywhere, per unit of the level: J_r = int phi_r dA."""
+
+    def force(self, work: VirtualWork[Force, Operator]) -> Force:
+        return work.uniform()
 
 
 @attrs.frozen
@@ -62,24 +120,50 @@ class Areal(DirectPattern):
     def density(self, points: Array) -> Array:
         """Force per area (n,) in N/m^2 per unit of the level at points (n, 2) in m."""
 
+    def force(self, work: VirtualWork[Force, Operator]) -> Force:
+        return work.areal(self)
+
 
 @attrs.frozen
 class Concentrated(DirectPattern):
     """One newton at a place, per unit of the level: J_r = phi_r there."""
 
-    position: tuple[float, float]  # (x, y) in m
+    position: tuple[float, float] = attrs.field(metadata=POSITION)  # (x, y) in m
+
+    def force(self, work: VirtualWork[Force, Operator]) -> Force:
+        return work.point(self.position)
 
 
 @attrs.frozen
 class ParametricPattern(Pattern):
     """P (L, L) in N/m per unit of the level; the modal force is P q."""
 
+    @abstractmethod
+    def stiffness(self, work: VirtualWork[Force, Operator], force: Force) -> Operator:
+        """P on what does the work, beside a direct pattern with its force at level 1."""
+
+    @classmethod
+    def beside(cls, force: Array) -> Array | None:
+        """P that goes with a direct J (L,) alone; None for one that stands for itself."""
+        return None
+
 
 @attrs.frozen
 class Stretch(ParametricPattern):
     """A change of tension of 1 N/m in all directions: P_rs = -int grad phi_r . grad phi_s dA."""
 
+    def stiffness(self, work: VirtualWork[Force, Operator], force: Force) -> Operator:
+        return work.stretch()
+
 
 @attrs.frozen
 class Proportional(ParametricPattern):
     """The direct pattern times the amplitude: P = diag(J)."""
+
+    def stiffness(self, work: VirtualWork[Force, Operator], force: Force) -> Operator:
+        return work.proportional(force)
+
+    @classmethod
+    def beside(cls, force: Array) -> Array:
+        """diag(J) (L, L) in N/m, of J (L,) in N."""
+        return np.diag(force)

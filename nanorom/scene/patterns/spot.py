@@ -5,7 +5,8 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
-from nanorom.scene.patterns.pattern import Areal
+from nanorom.scene import fields as v
+from nanorom.scene.patterns.pattern import POSITION, Areal
 from nanorom.types import Array
 
 REACH = 3.5  # radii from the centre at which the intensity is e^-24
@@ -21,8 +22,12 @@ class Spot(Areal):
     name = "spot"
     unit = "Pa"
 
-    position: tuple[float, float]
-    radius: float
+    position: tuple[float, float] = attrs.field(metadata=POSITION)
+    radius: float = attrs.field(
+        metadata=v.quantity(
+            "drive.radius", "m", about="of a spot, where its intensity is 1/e^2 of the centre's"
+        )
+    )
 
     @property
     def centre(self) -> tuple[float, float]:

@@ -110,3 +110,32 @@ def test_errors_are_shared_among_the_modes_outside_alone():
     alone = estimate(LargerSystem(changed, np.array([0, 1]), LEVEL, 0.0), point)
     assert alone.shares[3] == pytest.approx(0.0, abs=1e-12)
     assert found.shares[3] == found.shares.max()
+
+
+def test_a_model_at_rest_under_a_modulation_is_estimated():
+    """Where rest loses its stability, the larger system's own point is found, from rest."""
+    whole, inside = weakly_coupled(0), np.arange(1)
+    strong = attrs.evolve(
+        whole,
+        direct=np.zeros(SIZE),
+        quadratic=np.zeros((SIZE,) * 3),
+        parametric=np.diag([1.0, 0.5, 0.5, 0.5, 0.5]) + 0.1 * (1 - np.eye(SIZE)),
+    )
+    alone = ModalSystem(
+        damping=strong.damping[:1, :1],
+        stiffness=strong.stiffness[:1, :1],
+        cubic=strong.cubic[:1, :1, :1, :1],
+        parametric=strong.parametric[:1, :1],
+    )
+    twice = 2 * float(np.sqrt(strong.stiffness[0, 0]))
+    near = 0.9 * twice, 1.1 * twice
+    few, many = (explore(system, near, parametric=0.1) for system in (alone, strong))
+    assert few.points("PD")
+    larger = LargerSystem(strong, inside, 0.0, 0.1)
+    for point in of_level(0, few, 6):
+        found = estimate(larger, point)
+        assert np.isfinite(found.error)
+        if point.type == "PD":
+            there = point.orbit.omega * (1 + found.omega)
+            own = min(abs(each.omega / there - 1) for each in many.points("PD"))
+            assert own < LOCATED
