@@ -16,6 +16,7 @@ from nanorom.continuation.branches.path import Path, Place
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.shooting_branch import Takeover
 from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.budget import Budget
 from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.isolas import is_near
@@ -45,6 +46,8 @@ UNFINISHED = {  # endings of branches that go on
     "harmonics": "the branch goes on, but asks for more harmonics than allowed",
     "unstable": "the branch goes on, of a long period and more unstable than is of use",
     "steps": "the branch goes on after the most steps allowed",
+    "work": "the branch goes on; so many harmonics at so many steps are more work than a level may "
+    "take; is the drive that strong?",
 }
 
 
@@ -68,7 +71,8 @@ class Record:
     def __init__(
         self, scaled: ScaledSystem, omega: tuple[float, float], settings: Settings
     ) -> None:
-        self.scaled, self.settings = scaled, settings
+        self.budget = Budget(scaled.size)
+        self.scaled, self.settings = scaled, replace(settings, budget=self.budget)
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
         self.range = within_reach(scaled, (low, high))
         self.floquet = FloquetSolver(scaled, truncation(scaled))  # confirmation has a finer one
@@ -102,8 +106,8 @@ class Record:
 
     @property
     def spent(self) -> bool:
-        """Whether the steps of all branches are as many as they may be."""
-        return self.steps >= BUDGET * self.settings.steps
+        """Whether the steps of all branches, or their work, are as many as they may be."""
+        return self.budget.spent or self.steps >= BUDGET * self.settings.steps
 
     def diagram(self, direct: float, parametric: float) -> Diagram:
         return Diagram(self.branches, self.points, direct, parametric, self.unexplored)
@@ -199,6 +203,13 @@ class Record:
         """The special points of a path that stand up to shooting."""
         found: list[Polished] = []
         for detected in detector.find():
+            if self.budget.spent_aside:
+                why = (
+                    "special points from here on are not confirmed: more work than a level may take"
+                )
+                self.leave("point", path.orbit(detected.place).omega, why)
+                break
+            self.budget.point(path.steps[detected.place.step].balance.basis.size)
             polished = polish(path, detected, self.precise, self.shooting)
             if polished is None and detected.multiplicity > 1:
                 self.leave(
@@ -223,7 +234,8 @@ class Record:
         shooting = Takeover(self.scaled, p)
         before, end = (tracer.orbit(last, part * last.length) for part in (LAST_PART, 1.0))
         rates = self.rates(p, p > 1)
-        points, special, ending = shooting.follow(before, end, rates, self.settings.steps, is_end)
+        most = min(self.settings.steps, self.budget.shooting)
+        points, special, ending = shooting.follow(before, end, rates, most, is_end)
         branch = self.branches[index]
         branch.ending = ending
         if points:
