@@ -34,6 +34,7 @@ SAME_FREQUENCY = 1e-6  # of a bifurcation found on two branches
 SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves it
 LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
 HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
+UNSTABLE = 100.0  # multiplier beyond which an orbit that nothing leads to is not followed
 SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
@@ -134,7 +135,13 @@ class _Explorer:
         """Branches of one, three and five periods of the drive that nothing leads to."""
         try:
             for stretch in stretches(self.scaled, self.record.range, self.settings.reach):
-                if not any(self._isolated(start, tell=False) for start in stretch.starts):
+                if self.record.spent:
+                    why = (
+                        f"orbits of {stretch.order} period(s): not looked for, as said of branches"
+                    )
+                    self.record.leave("start", stretch.omega, why)
+                    continue
+                if not any(self._isolated(start, alone=True) for start in stretch.starts):
                     why = f"orbits of {stretch.order} period(s) may be near; none was found"
                     self.record.leave("start", stretch.omega, why)
                 self._bifurcating()
@@ -215,7 +222,7 @@ class _Explorer:
         seed: Orbit,
         support: Support | None = None,
         at_fold: bool = False,
-        tell: bool = True,
+        alone: bool = False,
     ) -> bool:
         """The branch near an orbit, say of another level, unless it is known; whether there is
         one.
@@ -229,19 +236,19 @@ class _Explorer:
         if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
             support = forced_support(self.scaled)
         tracer = Tracer(self.scaled, support, p, self.settings)
-        rates = self.record.rates(p, p > 1)
+        rates = self.record.rates(p, p > 1 and not alone)
         try:
             if at_fold:
                 orbit = beside_fold(tracer, seed, rates)
             else:
                 orbit, _ = tracer.solve(seed, fixed_rate)
         except ContinuationError as error:
-            if tell and not self.record.known:  # a level need not have what another one has
+            if not alone and not self.record.known:  # a level need not have what another one has
                 self.record.leave("start", seed.omega, f"from a seed: {error}")
             return False
         if _is_shorter(orbit):
             return False
-        if not self.record.is_new(orbit):
+        if not self.record.is_new(orbit) or (alone and self._is_unstable(orbit, support)):
             return True
         steps = follow_closed(tracer, orbit, 1.0, rates)
         if tracer.ending != "closed":  # from end to end
@@ -338,6 +345,12 @@ class _Explorer:
         self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
         if ended is not None:  # on a branch that may not be known yet
             self._isolated(bifurcation.symmetric(ended), bifurcation.shorter)
+
+    def _is_unstable(self, orbit: Orbit, support: Support) -> bool:
+        """Whether an orbit that nothing leads to is too unstable to be met in practice."""
+        given = orbit.coefficients[None], np.array([orbit.rate])
+        multipliers = self.record.floquet.multipliers(*given, orbit.period_multiple, support)
+        return bool(np.abs(multipliers).max() > UNSTABLE)
 
     def _is_hopeless(self, tracer: Tracer, series: Series) -> bool:
         """Whether orbits of a long period have become so unstable that nothing is near them."""
