@@ -270,11 +270,16 @@ def test_a_level_that_takes_too_much_work_says_where_it_ended(monkeypatch) -> No
     """As a drive does that is a thousand times too strong; here the bound is low."""
     whole = explore(softening(), (0.5, 1.5), 0.08)
     monkeypatch.setattr(budget, "STEPS", 2e-4)
-    monkeypatch.setattr(budget, "ASIDE", 0.0)
     diagram = explore(softening(), (0.5, 1.5), 0.08)
     assert {branch.ending for branch in diagram.branches} == {"work"}
     assert sum(map(len, diagram.branches)) < sum(map(len, whole.branches))
+    told = [left.why for left in diagram.unexplored if left.kind == "ending"]
+    assert len(told) == len(diagram.branches)
+    assert all("more work than a level may take" in why for why in told)
+
+
+def test_special_points_that_are_not_confirmed_for_want_of_work_are_told(monkeypatch) -> None:
+    monkeypatch.setattr(budget, "ASIDE", 0.0)
+    diagram = explore(softening(), (0.5, 1.5), 0.08)
     assert not diagram.special_points
-    told = {left.kind: left.why for left in diagram.unexplored}
-    assert "more work than a level may take" in told["ending"]
-    assert "not confirmed" in told["point"]
+    assert "not confirmed" in {left.kind: left.why for left in diagram.unexplored}["point"]
