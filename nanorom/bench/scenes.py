@@ -16,6 +16,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import attrs
 import numpy as np
 
+from nanorom.bench import bounded
 from nanorom.errors import AccuracyWarning, NanoromError
 from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.rom.model import ReducedModel
@@ -40,7 +41,7 @@ class Drawn:
 
     error: true ones, against the finer solution; estimate: told ones, of both solutions; ratio: the
     larger quotient of the two; seconds: of the processor, both solutions; verdict: "ok", what is
-    wrong, or why the scene was refused.
+    wrong, why the scene was refused, or at which bound it was ended.
     """
 
     number: int
@@ -61,7 +62,8 @@ class Summary:
     """How many of the scenes that were solved are wrong, and the worst of them.
 
     above_tolerance: claimed and not met; above_estimate: by more than `MOST_ABOVE`; dead: ended in
-    an error that is not one line about the scene; not_met: told that the tolerance is not met.
+    an error that is not one line about the scene; not_met: told that the tolerance is not met;
+    unfinished: ended at a bound of `bounded`.
     """
 
     scenes: int
@@ -70,15 +72,28 @@ class Summary:
     dead: int
     refused: int
     not_met: int
+    unfinished: int
     worst_by_tolerance: float
     worst_by_estimate: float
 
 
 def rows(quick: bool = False, numbers: Iterable[int] | None = None) -> Iterator[Drawn]:
-    """Scenes by their numbers: all, or a few quick ones."""
-    chosen = range(FEW if quick else COUNT) if numbers is None else numbers
-    for number in chosen:
-        yield held(number, drawn(number))
+    """Scenes by their numbers, each in a process of its own with bounds, or a few quick ones."""
+    if quick:
+        yield from (held(number, drawn(number)) for number in range(FEW))
+        return
+    for number in range(COUNT) if numbers is None else numbers:
+        yield within_bounds(number)
+
+
+def within_bounds(number: int) -> Drawn:
+    """A scene in a process of its own, which is ended where it takes too much."""
+    try:
+        return bounded.bounded(held, number, drawn(number))
+    except bounded.Bound as error:
+        return _unsolved(number, drawn(number), f"unfinished: {error}")
+    except NanoromError as error:
+        return _unsolved(number, drawn(number), f"dead: {error}")
 
 
 def summary(rows: Sequence[Drawn]) -> Summary:
@@ -95,6 +110,7 @@ def summary(rows: Sequence[Drawn]) -> Summary:
         verdicts["dead"],
         verdicts["refused"],
         verdicts["not met"],
+        verdicts["unfinished"],
         max(shares, default=0.0),
         max((row.ratio for row in solved), default=0.0),
     )
@@ -184,14 +200,13 @@ def held(number: int, scene: Scene) -> Drawn:
     """Solve a scene twice and judge what was claimed."""
     tolerance = scene.accuracy.tolerance
     assert tolerance is not None
-    start, nan = time.process_time(), float("nan")
+    start = time.process_time()
     try:
         model, finer = (_solved(scene.with_(tolerance=t)) for t in (tolerance, FINER * tolerance))
     except Exception as error:  # what a scene dies of is what is looked for
         refused = isinstance(error, NanoromError)
         verdict = f"{'refused' if refused else 'dead'}: {error}".splitlines()[0]
-        seconds = time.process_time() - start
-        return Drawn(number, told(scene), tolerance, 0, seconds, nan, nan, nan, nan, nan, verdict)
+        return _unsolved(number, scene, verdict, time.process_time() - start)
     errors = (
         float(np.abs(model.frequency / finer.frequency - 1).max()),
         float(np.abs(model.cubic - finer.cubic).max() / np.abs(finer.cubic).max()),
@@ -221,6 +236,12 @@ def held(number: int, scene: Scene) -> Drawn:
         ratio,
         verdict,
     )
+
+
+def _unsolved(number: int, scene: Scene, verdict: str, seconds: float = np.nan) -> Drawn:
+    """The row of a scene without a solution."""
+    tolerance, nan = scene.accuracy.tolerance or np.nan, np.nan
+    return Drawn(number, told(scene), tolerance, 0, seconds, nan, nan, nan, nan, nan, verdict)
 
 
 def _claimed(model: ReducedModel) -> float:

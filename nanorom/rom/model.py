@@ -67,6 +67,9 @@ class ReducedModel(Modal):
                 "largest_deflection": Item("", "m", "of that state"),
                 "centre_deflection": Item("", "m", "of that state, at the film's centre"),
                 "mean_tension": Item("", "N/m", "of that state"),
+                "other_deflection": Item(
+                    "", "m", "largest of the state on the other side, of a buckled film"
+                ),
             }
         ),
     )

@@ -166,7 +166,7 @@ def _modal(scene: Scene, scales: Scales, solution: Solution) -> dict[str, Array]
         "cubic": solution.force.cubic,
         "slope": products.slope,
     }
-    return found | viscous(scene, scales, solution.modes, products)
+    return found | viscous(scene, scales, solution.modes)
 
 
 def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:

@@ -27,7 +27,7 @@ from nanorom.scene.scene import (
     Reduction,
     Scene,
 )
-from nanorom.scene.support import Support
+from nanorom.scene.support import Edge, Support
 from tests.fem.exact import drum, paper_drum
 from tests.fem.routes.test_drum import solved_modes
 
@@ -96,8 +96,13 @@ def test_bending_counts_by_the_tension_that_acts_under_a_load():
         {"load": Load(pressure=1.0)},
         {"load": Load(voltage=1.0, gap=1e-6)},
         {"support": Support({"left": "clamped", "right": "clamped"})},
+        {"support": Support(Edge("simply_supported", in_plane="tangential"))},
+        {
+            "support": Support(Edge("simply_supported", in_plane="normal")),
+            "tension": Tension(1.0, 1.0, 0.1),
+        },
     ],
-    ids=["pressure", "gate", "free sides"],
+    ids=["pressure", "gate", "free sides", "free normal to the sides", "free along them, sheared"],
 )
 def test_bending_is_computed_where_only_the_state_tells_what_tension_acts(changes):
     wide = rectangle(plate=Plate(thickness="1e-12 m"), support=Support("simply_supported"))
@@ -105,6 +110,16 @@ def test_bending_is_computed_where_only_the_state_tells_what_tension_acts(change
     plan = Plan.of(attrs.evolve(wide, **changes))
     assert plan.bending
     assert any("only the static state" in item.why for item in route_of(wide).items(plan))
+
+
+def test_bending_counts_by_the_least_tension_of_a_sheared_one():
+    sheared = rectangle(support=Support("simply_supported"), tension=Tension(1.0, 1.0, 0.999))
+    along = rectangle(support=Support("simply_supported"), tension=Tension(0.001, 1.999))
+    effects = [Plan.of(scene).bending_effect for scene in (sheared, along)]
+    assert effects[0] == pytest.approx(effects[1], rel=1e-9)
+    assert Plan.of(sheared).layer == pytest.approx(Plan.of(along).layer, rel=1e-9)
+    slack = rectangle(support=Support("simply_supported"), tension=Tension(1.0, 1.0, 1.001))
+    assert Plan.of(slack).bending
 
 
 def test_thinness_alone_does_not_skip_bending():

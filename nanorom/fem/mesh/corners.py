@@ -20,9 +20,9 @@ from nanorom.scene.support import Kind
 Edges = dict[int, tuple[np.ndarray, np.ndarray]]  # curve -> vertex pairs (m, 2), spans (m, 2)
 
 MIRRORS = tuple(map(line, AXES))
-SHARE, SHARE_RATE = 1.4, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
+SHARE, SHARE_RATE = 3.2, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
 LARGEST_SHARE = 3.0
-CORNER_ERROR = 0.2  # of the energy's singular part where no cell shrinks
+CORNER_ERROR = 0.01  # of the energy's singular part where no cell shrinks
 SMALLEST_MOVING = 0.3  # size of cells that move by that before: rounding grows with them
 LONGER = 1e-9  # edges that differ by less than this (relative) are as long
 STRAIGHT = 1e-3  # radians by which a straight side may turn

@@ -30,6 +30,8 @@ from nanorom.scene.support import Kind, Spring, deflection_of
 DEGREE = 8
 WAVES = (2.66, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
 RATE = 14.0  # at which errors fall with the size
+POINT_RATE = 7.0  # the same of a shape's own value, which counts where its peak is at a free edge
+RECTANGLE = 0.85  # of a drum's cells: those of a rectangle, whose peaks are where cells are largest
 COARSEST = 1.0  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
 OUTERMOST = 4.0  # of the layer: width of the cells at the edge at tolerance 1e-6
@@ -73,7 +75,7 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
     if tolerance is None:
         size = accuracy.mesh_size / length if accuracy.mesh_size else COARSEST
     else:
-        size = _cell_size(geometry, scene.modes.highest, length, layer, tolerance)
+        size = _cell_size(scene, geometry, length, layer, tolerance)
     order = max(degree, 2)
     if isinstance(geometry, Disc):
         spot = _spot(scene, length, tolerance)
@@ -86,7 +88,7 @@ def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discreti
     degree = scene.accuracy.degree or DEGREE
     finer = 1.0
     if tolerance is not None and scene.accuracy.tolerance is not None:
-        finer = (tolerance / scene.accuracy.tolerance) ** (1 / RATE)
+        finer = (tolerance / scene.accuracy.tolerance) ** (1 / _rate(scene))
     corners = _corners(scene, tolerance)
     return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
 
@@ -98,13 +100,24 @@ def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
 
 
 def _cell_size(
-    geometry: Disc | Rectangle, count: int, length: float, layer: float, tolerance: float
+    scene: Scene, geometry: Disc | Rectangle, length: float, layer: float, tolerance: float
 ) -> float:
     """Size of degree-8 cells for a tolerance at the shortest wavelength."""
-    wavenumber = shortest_wave(geometry, count) * length
+    wavenumber = shortest_wave(geometry, scene.modes.highest) * length
     plate, membrane = WAVES
-    scaled = (plate if layer else membrane) * (tolerance / 1e-6) ** (1 / RATE)
+    finer = min((tolerance / 1e-6) ** (1 / rate) for rate in (RATE, _rate(scene)))
+    scaled = (plate if layer else membrane) * finer
+    if isinstance(geometry, Rectangle):
+        scaled *= RECTANGLE
     return min(COARSEST, scaled / wavenumber)
+
+
+def _rate(scene: Scene) -> float:
+    """At which errors fall with the size of cells; a tag that has no name may not be there."""
+    kinds = list(scene.supports.values())
+    if isinstance(scene.geometry, MeshFile):
+        kinds = list(scene.support.named.values()) or [scene.support.default]
+    return POINT_RATE if "free" in map(deflection_of, kinds) else RATE
 
 
 def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from nanorom.errors import SceneError
 from nanorom.fem.mesh import mesh
-from nanorom.fem.mesh.discretisation import Discretisation
+from nanorom.fem.mesh.discretisation import Discretisation, dofs_of
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.scales import Scales
@@ -51,6 +51,8 @@ def build_plate(
     )
     domain = attrs.evolve(domain, across=across)
     groups.check_alike(across, domain.mesh.geometry.x)
+    cells = domain.mesh.topology.index_map(2).size_global
+    groups.check_fits(dofs_of(cells, chosen.degree), comm)
     if isinstance(scene.geometry, MeshFile):
         low, high = extremes(domain)
         short, long = sorted(scales.length * (high - low))

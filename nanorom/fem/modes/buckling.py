@@ -52,7 +52,8 @@ def told(plate: Plate, tension: Tension, loaded: bool) -> str:
         values += f" with a shear of {factor * tension.xy:.8g} N/m"
     return (
         f"the flat state is not stable: the film buckles at {factor:.6g} of the stated tension; "
-        f"the critical tension is {values}: raise the tension above it"
+        f"the critical tension is {values}: raise the tension above it, or give the film a small "
+        "load ([load] pressure), under which its buckled state is found"
     )
 
 

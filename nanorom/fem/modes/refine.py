@@ -74,22 +74,28 @@ class Subspace:
     def add(self, columns: np.ndarray) -> None:
         """Make the space larger by columns (owned rows, m). Collective.
 
-        Raises IndefiniteError if the energy of one is not positive.
+        Those that add nothing to it are left out.  Raises IndefiniteError if the energy of one is
+        not positive.
         """
         new: tuple[np.ndarray, ...]
         new = columns, self._force(columns), algebra.multiply(self._mass, columns)
+        whole = self._comm.allreduce(np.sum(new[0] * new[1], axis=0))
+        if not (whole > 0).all():
+            raise algebra.IndefiniteError("a shape was found whose energy is not positive")
         for _ in range(2):  # once loses orthogonality
             if self._parts:
                 share = self._comm.allreduce(self._parts[1].T @ new[0])
                 new = tuple(part - old @ share for part, old in zip(new, self._parts))
             energy = self._comm.allreduce(new[0].T @ new[1])
-            if not (np.diag(energy) > 0).all():
-                raise algebra.IndefiniteError("a shape was found whose energy is not positive")
-            size = np.sqrt(np.diag(energy))
+            left = np.diag(energy) > DEPENDENT * whole  # what is not is rounding, of any sign
+            if not left.any():
+                return
+            size, energy = np.sqrt(np.diag(energy)[left]), energy[np.ix_(left, left)]
             squares, rotation = np.linalg.eigh(0.5 * (energy + energy.T) / np.outer(size, size))
             kept = squares > DEPENDENT
             rotation = rotation[:, kept] / np.sqrt(squares[kept]) / size[:, None]
-            new = tuple(part @ rotation for part in new)
+            new = tuple(part[:, left] @ rotation for part in new)
+            whole = np.ones(kept.sum())
         if not self._parts:
             self._parts = list(new)
             return

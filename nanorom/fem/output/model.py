@@ -71,21 +71,12 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
 
 @attrs.frozen
 class ModalProducts:
-    """Scaled integrals: Phi^T K Phi, int phi^2, int phi, int d_i phi_r d_j phi_s (2, 2, L, L)."""
+    """Scaled integrals: Phi^T K Phi, int phi^2, int phi, int grad phi . grad phi."""
 
     stiffness: np.ndarray
     mass: np.ndarray
     area: np.ndarray
-    slopes: np.ndarray
-
-    @property
-    def slope(self) -> np.ndarray:
-        """int grad phi . grad phi."""
-        return np.asarray(np.einsum("iirs->rs", self.slopes))
-
-    def tensioned(self, tension: np.ndarray) -> np.ndarray:
-        """int grad phi . T grad phi of a constant tension (2, 2)."""
-        return np.asarray(np.einsum("ij,ijrs->rs", tension, self.slopes))
+    slope: np.ndarray
 
 
 def modal_products(modes: Modes) -> ModalProducts:
@@ -93,15 +84,15 @@ def modal_products(modes: Modes) -> ModalProducts:
     plate, shapes = modes.plate, modes.shapes
     n_modes = shapes.shape[1]
     comm, copies = plate.domain.comm, plate.mirrors.copies
-    area, slope = np.zeros(n_modes), np.zeros((2, 2, n_modes, n_modes))
+    area, slope = np.zeros(n_modes), np.zeros((n_modes, n_modes))
     for field in quadrature.fields(plate, columns=2 * n_modes):
         area += np.einsum("cq,cqn->n", field.weights, field.value(shapes))
         gradient = field.gradient(shapes)
         weighted = gradient * field.weights[..., None, None]
-        slope += np.einsum("cqdr,cqes->ders", gradient, weighted, optimize=True)
+        slope += np.einsum("cqdr,cqds->rs", gradient, weighted, optimize=True)
     slope, area = copies * comm.allreduce(slope), copies * comm.allreduce(area)
     parities = modes.parities
-    slope[:, :, [[a != b for b in parities] for a in parities]] = 0.0
+    slope[[[a != b for b in parities] for a in parities]] = 0.0
     area[[parity != plate.mirrors.even for parity in parities]] = 0.0
     mass = modes.modal(dict.fromkeys(parities, modes.mass))
     return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)

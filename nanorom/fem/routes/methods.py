@@ -8,8 +8,9 @@ import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
+from nanorom.fem.models.operators import ClassStiffness
+from nanorom.fem.models.state import State
 from nanorom.fem.modes.eigen import Modes
-from nanorom.fem.output.model import ModalProducts
 from nanorom.fem.scales import Scales
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
@@ -135,12 +136,11 @@ def loaded_tensors(
     return quadratic, scales.cubic * cubic, found
 
 
-def viscous(
-    scene: Scene, scales: Scales, modes: Modes, products: ModalProducts
-) -> dict[str, np.ndarray]:
+def viscous(scene: Scene, scales: Scales, modes: Modes) -> dict[str, np.ndarray]:
     """Parts of the force that a viscoelastic material damps, if the scene has one. Collective.
 
-    bending: (L, L) in N/m; stretching: (L, L, L, L) in N/m^3, force on mode r from the slope of
+    bending: (L, L) in N/m, what the modes' stiffness is without any membrane force, constant or
+    relaxed; stretching: (L, L, L, L) in N/m^3, force on mode r from the slope of
     mode l and the stress of the pair jk.
     """
     if scene.damping is None or scene.damping.material_time == 0:
@@ -150,10 +150,12 @@ def viscous(
         raise SceneError("damping.material_time: only for a film that its load leaves flat")
     if plate.stiffness.springs:
         raise SceneError("damping.material_time: only for rigid supports; found springs")
-    bending = products.stiffness - products.tensioned(plate.state.tensor)
+    bending = np.zeros((len(modes.parities),) * 2)
+    if plate.bending:
+        bending = modes.modal(ClassStiffness(plate.about(State(tension=(0.0, 0.0)))))
     in_plane = scene.reduction.in_plane
     pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
     return {
-        "bending": scales.tension * bending * (scales.bending > 0),
+        "bending": scales.tension * bending,
         "stretching": 0.5 * scales.cubic * pairs.transpose(0, 2, 3, 1),
     }

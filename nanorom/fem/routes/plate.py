@@ -33,7 +33,7 @@ from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import is_of_revolution
-from nanorom.fem.tensors import inextensional
+from nanorom.fem.tensors import inextensional, lateral
 from nanorom.files.partial import Journal
 from nanorom.rom.patterns import reduced
 from nanorom.rom.shapes import Shapes
@@ -220,6 +220,10 @@ def on_triangulation(
         "largest_deflection": deflection[np.abs(deflection).argmax()],
         "mean_tension": np.array(scales.tension * static.tension),
     }
+    if static.other is not None:
+        highest = static.other[np.abs(static.other).argmax()]
+        highest = max(plate.domain.comm.allgather(highest), key=abs)
+        found["other_deflection"] = np.array(unit * highest)
     centre = places.centre_value(plate, w)
     if centre is not None:
         found["centre_deflection"] = np.array(unit * centre)
@@ -313,7 +317,8 @@ class PlateRoute(Route):
         solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
-        inertia.check(solution.diagnostics.get("in_plane_frequency", np.inf), frequency[-1])
+        in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)
+        inertia.check(in_plane, frequency[-1], lateral.is_slender(plate))
         with watch.stage("patterns"):
             products = modal_products(modes)
             work = patterns.PolynomialWork(modes, products, scales.length)
@@ -335,7 +340,7 @@ class PlateRoute(Route):
             patterns=made,
             shapes=Shapes(points * scales.length, cells, values),
             static=static,
-            viscous=viscous(scene, scales, modes, products),
+            viscous=viscous(scene, scales, modes),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
             diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),

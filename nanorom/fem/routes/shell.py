@@ -174,11 +174,17 @@ def tensors_of(
     result = step(
         cases,
         amplitude,
+        cases.permitted(4),
         extrapolate=stated is None,
         progress=lambda i, n: watch.tell("load cases", i, n),
         journal=journal,
     )
     check_potential(result)
+    result = attrs.evolve(
+        result,
+        quadratic=result.quadratic * cases.permitted(3),
+        cubic=result.cubic * cases.permitted(4),
+    )
     told: dict[str, Any] = {
         "asymmetry": result.asymmetry,
         "load_cases": result.n_cases,

@@ -72,12 +72,29 @@ def solved_to_tolerance(
         best = min(best, last, key=lambda solution: solution.error)
     if best.error > tolerance:
         rounding = f" (of which rounding {best.rounding:.1e})" if best.rounding else ""
+        told = f"{how.told} {best.error:.1e}{rounding}{broken}; {_remedy(scene, best, tolerance)}"
         warnings.warn(
-            f"tolerance {tolerance:g} is not met: {how.told} {best.error:.1e}{rounding}{broken}",
+            f"tolerance {tolerance:g} is not met: {told}",
             AccuracyWarning,
             stacklevel=2,
         )
     return best
+
+
+def _remedy(scene: Scene, best: Attempt, tolerance: float) -> str:
+    """What to do about a tolerance that is not met."""
+    met = f"accuracy.tolerance = {_rounded_up(best.error):g} is met"
+    if best.rounding > tolerance / 2:
+        return f"no mesh has more digits; {met}"
+    if not can_refine(scene):
+        return f"give a finer mesh, or its .geo file, which is refined as far as it takes; {met}"
+    return f"{met}, or ask for fewer modes"
+
+
+def _rounded_up(value: float) -> float:
+    """To one digit."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(np.ceil(value / power) * power)
 
 
 def power_below(value: float) -> float:

@@ -11,8 +11,9 @@ import inspect
 import logging
 import signal
 import threading
-from collections.abc import Sequence
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -21,7 +22,7 @@ import cffi
 import dolfinx
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import fem, jit
 from dolfinx.fem import forms as _forms
 from dolfinx.fem import petsc as _petsc
 from mpi4py import MPI
@@ -44,6 +45,7 @@ if threading.current_thread() is threading.main_thread():
 
 _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
+_JIT = "jit_options" if "jit_options" in inspect.signature(fem.form).parameters else "jit_params"
 
 
 @lru_cache(maxsize=32)
@@ -106,27 +108,24 @@ def _adjacency(rows: list[np.ndarray]) -> Any:
 
 def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
     """Continuous Lagrange space of a degree (Gauss-Lobatto nodes), scalar or vector-valued."""
-    with compiler.at_work():
-        if _basix_ufl is not None:
-            shape = {} if components == 1 else {"shape": (components,)}
-            element = _basix_ufl.element(
-                "Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape
-            )
-            return fem.functionspace(mesh, element)
-        kind = degree, components, mesh.geometry.dim
-        if not mesh.comm.allreduce(kind in _known_spaces, op=MPI.LAND):
-            element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
-            if components > 1:
-                element = ufl.VectorElement(element, dim=components)
-            space = fem.FunctionSpace(mesh, element)
-            _known_spaces[kind] = element, space._cpp_object.element, space._ufcx_dofmap
-            return space
-        element, compiled, layout = _known_spaces[kind]
-        ffi, cpp = cffi.FFI(), dolfinx.cpp.fem
-        address = ffi.cast("uintptr_t", ffi.addressof(layout))
-        dofmap = cpp.create_dofmap(mesh.comm, address, mesh.topology, compiled)
-        on = getattr(mesh, "_mesh", mesh)
-        return fem.FunctionSpace(mesh, element, cpp.FunctionSpace(on, compiled, dofmap))
+    if _basix_ufl is not None:
+        shape = {} if components == 1 else {"shape": (components,)}
+        element = _basix_ufl.element("Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape)
+        return _compiled(mesh.comm, partial(fem.functionspace, mesh, element))
+    kind = degree, components, mesh.geometry.dim
+    if not mesh.comm.allreduce(kind in _known_spaces, op=MPI.LAND):
+        element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
+        if components > 1:
+            element = ufl.VectorElement(element, dim=components)
+        space = _compiled(mesh.comm, partial(fem.FunctionSpace, mesh, element))
+        _known_spaces[kind] = element, space._cpp_object.element, space._ufcx_dofmap
+        return space
+    element, compiled, layout = _known_spaces[kind]
+    ffi, cpp = cffi.FFI(), dolfinx.cpp.fem
+    address = ffi.cast("uintptr_t", ffi.addressof(layout))
+    dofmap = cpp.create_dofmap(mesh.comm, address, mesh.topology, compiled)
+    on = getattr(mesh, "_mesh", mesh)
+    return fem.FunctionSpace(mesh, element, cpp.FunctionSpace(on, compiled, dofmap))
 
 
 # element, DOLFINx' and the form compiler's objects by dimension, degree and
@@ -185,16 +184,19 @@ def form(expression: Any) -> Any:
 
     Collective.
     """
-    with compiler.at_work():
-        return fem.form(expression, **_jit_keywords())
+    comm = expression.ufl_domain().ufl_cargo().comm
+    return _compiled(comm, partial(fem.form, expression, **{_JIT: _jit_options()}))
+
+
+def _compiled(comm: MPI.Comm, make: Callable[[], Any]) -> Any:
+    # rank 0 compiles, and the others read
+    return compiler.run(make, Path(_jit_options()["cache_dir"]), comm.rank == 0)
 
 
 @lru_cache
-def _jit_keywords() -> dict[str, Any]:
-    options = {"cffi_extra_compile_args": compiler.options()}
-    parameters = inspect.signature(fem.form).parameters
-    key = "jit_options" if "jit_options" in parameters else "jit_params"
-    return {key: options}
+def _jit_options() -> dict[str, Any]:
+    defaults = (getattr(jit, "get_options", None) or jit.get_parameters)()
+    return {"cache_dir": defaults["cache_dir"], "cffi_extra_compile_args": compiler.options()}
 
 
 @attrs.frozen(eq=False)

@@ -17,6 +17,8 @@ from mpi4py import MPI
 
 from nanorom.errors import NanoromError, SolverError
 
+LEAST_BYTES = 1e4  # per unknown of a deflection: with multigrid, at a million of them
+
 Item = TypeVar("Item", bound=Hashable)
 Result = TypeVar("Result")
 
@@ -64,6 +66,20 @@ def memory(comm: MPI.Comm) -> float:
     except (OSError, ValueError):  # not Linux
         free = 0.0
     return float(comm.allreduce(free, op=MPI.MIN))
+
+
+def check_fits(unknowns: int, comm: MPI.Comm) -> None:
+    """Raise SolverError if deflections with so many unknowns need more memory than is left.
+
+    A run that the system kills tells nothing.  Collective.
+    """
+    left, needed = memory(comm), LEAST_BYTES * unknowns
+    if 0 < left < needed:
+        raise SolverError(
+            f"a mesh with {unknowns} unknowns of the deflection needs {needed / 2**30:.3g} GB or "
+            f"more, and {left / 2**30:.3g} GB of memory are left; ask for a larger tolerance or "
+            "fewer modes"
+        )
 
 
 def left_by_limits(

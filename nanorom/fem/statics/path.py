@@ -18,6 +18,7 @@ from nanorom.fem.statics.problem import MOST_NEWTON_STEPS, ConvergenceTest, Stat
 
 SMALLEST_CUT = 2.0**-14  # of the load reached so far, or of the first arc-length step
 SMALLEST_LOAD = 2.0**-50  # of the load asked for, as long as none is reached
+MOST_STEPS = 200  # tried on the way to one load: a path that takes more leads nowhere
 GROWTH = 1.5  # of a step that converged easily
 EASY = 5  # Newton steps
 LONGEST = 20.0  # of the first arc-length step
@@ -58,8 +59,14 @@ def load_steps(
     current = start, problem.free_values()
     for target in magnitudes:
         step = target - current[0]
-        smallest = abs(step) * SMALLEST_LOAD
+        smallest, tried = abs(step) * SMALLEST_LOAD, 0
         while current[0] != target:
+            if (tried := tried + 1) > MOST_STEPS:
+                raise LoadError(
+                    f"the load case was still at load {current[0]:g} of {target:g} after "
+                    f"{MOST_STEPS} steps; lower the load",
+                    reached=current[0],
+                )
             trial = target if abs(target - current[0]) <= abs(step) else current[0] + step
             guess = current[1]
             if previous is not None and current[0] != previous[0]:

@@ -16,7 +16,7 @@ from nanorom.fem.models.build import pulls_at_free_edge
 from nanorom.fem.models.coupled import Film
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.solvers import compat
-from nanorom.fem.statics import loads, path
+from nanorom.fem.statics import buckled, loads, path
 from nanorom.fem.statics.problem import StaticProblem
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Scene
@@ -54,13 +54,15 @@ class StaticState:
     """The plate about its equilibrium, and how it came there.
 
     deflection: (local dofs,) from its first shape; tension: the mean; relaxed: (local dofs,)
-    in-plane displacement where pre-stress that pulls at free edges relaxed.
+    in-plane displacement where pre-stress that pulls at free edges relaxed; other: (local dofs,)
+    the deflection on the other side, where a buckled film has a stable state there too.
     """
 
     plate: Plate
     deflection: np.ndarray | None = None
     tension: float | None = None
     relaxed: np.ndarray | None = None
+    other: np.ndarray | None = None
 
 
 def prepared(scene: Scene, units: Units, plate: Plate) -> Film:
@@ -97,16 +99,39 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
     def accept(_: StaticProblem) -> bool:
         return loads.admissible(film, acting)
 
+    stable = False
     try:
-        for _ in path.load_steps(problem, [1.0], accept):
-            pass
+        for point in path.load_steps(problem, [1.0], accept):
+            stable = point.stable
     except SolverError as error:
         if isinstance(error, LoadError) and 0.0 < error.reached and scene.load.voltage is not None:
             error = pulled_in(problem, error, accept)
         raise SolverError(explained(scene.load, error)) from error
+    other = None
+    if not stable and load.gap == np.inf:
+        other = _buckled(film, problem, functools.partial(load_on, load=scene.load, units=units))
     about = film.about(load.attraction(1.0))
     relaxed = film.in_plane() if pulls_at_free_edge(plate) else None
-    return StaticState(about, film.deflection(), mean_tension(about), relaxed)
+    return StaticState(about, film.deflection(), mean_tension(about), relaxed, other)
+
+
+def _buckled(film: Film, problem: StaticProblem, load_on: buckled.LoadOn) -> np.ndarray | None:
+    """Bring a film to its stable state on the load's side; the deflection on the other. Collective.
+
+    Where none is found the state stays as it is: it is told to be unstable with its modes.
+    """
+    before = problem.free_values()
+    try:
+        state, other = buckled.states(film, problem, load_on)
+    except SolverError:  # its modes tell that it is not stable
+        problem.set_state(before, 1.0)
+        return None
+    if other is None:
+        return None
+    problem.set_state(other, 1.0)
+    deflection = film.deflection()
+    problem.set_state(state, 1.0)
+    return deflection
 
 
 def pulled_in(problem: StaticProblem, error: LoadError, accept: path.Accept) -> LoadError:

@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.symmetry import Parity
 from nanorom.fem.tensors.cases import Case
 
@@ -44,7 +44,7 @@ def solved_for(
     return found
 
 
-def permitted(modes: Modes, rank: int) -> np.ndarray:
+def permitted(modes: Deflections, rank: int) -> np.ndarray:
     """Entries (L,) * rank of a tensor of rank 3 or 4 that symmetry does not make zero."""
     codes = np.array([int("".join(map(str, (0, *parity))), 2) for parity in modes.parities])
     pairs = codes[:, None] ^ codes

@@ -9,15 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import attrs
 import numpy as np
 from petsc4py import PETSc
 
 from nanorom.errors import SolverError
 from nanorom.fem.models.shell import Shell
+from nanorom.fem.modes import mirrored
 from nanorom.fem.modes.shell import ShellModes
 from nanorom.fem.solvers import algebra, groups
 from nanorom.fem.statics.problem import StaticProblem
 from nanorom.fem.symmetry import Parity
+from nanorom.fem.tensors import selection
 from nanorom.fem.tensors.inplane import InPlane
 
 CONVERGED = 1e-12  # residual of a load case relative to its first one
@@ -75,11 +78,18 @@ class ShellCases:
         self.linear = self._project(algebra.multiply(stiffness, self.shapes))
         deflection = np.abs(base[normal]).max(initial=0.0)
         self.odd = shell.is_flat and problem.comm.allreduce(float(deflection)) < STRAIGHT
+        static = shell.normal_displacement(shell.state.x.array[:, None])[:, 0]
+        self._parities = mirrored.parities(shell, static, modes.modes.shapes)
 
     @property
     def parities(self) -> list[Parity]:
-        """One class: a shell is meshed as a whole."""
-        return self.modes.modes.parities
+        """Of the modes: a shell is meshed as a whole, but may be its own mirror image."""
+        return self._parities
+
+    def permitted(self, rank: int) -> np.ndarray:
+        """Entries (L,) * rank of a tensor that symmetry does not make zero."""
+        known = attrs.evolve(self.modes.modes, parities=self._parities)
+        return selection.permitted(known, rank)
 
     @property
     def key(self) -> str:

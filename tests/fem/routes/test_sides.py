@@ -9,9 +9,10 @@ from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.routes import plate as route
 from nanorom.scene.film import Material, Plate, Tension
-from nanorom.scene.geometry import Rectangle
+from nanorom.scene.geometry import Rectangle, String
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
+from tests.fem.ritz import rectangle
 
 THICKNESS, NU = 0.01, 0.3
 RIGIDITY = THICKNESS**3 / (12 * (1 - NU**2))  # E = 1
@@ -45,6 +46,7 @@ def solved(scene):
 CCCF = [0.01207402582, 0.02477711061, 0.03100749234]
 CCCF_STIFFENING = 19633.680  # B_1111/m_1^2; another Ritz code gives the same
 RITZ = 2e-8
+SETTLED = 3.0  # of the last change of Ritz' values: what may be left of their error
 
 
 def test_one_free_side_among_clamped_ones_reaches_a_small_tolerance():
@@ -59,6 +61,28 @@ def test_free_sides_beside_held_ones_reach_the_default_tolerance(sides):
     model = solved(film(sides, 0.8, count=2))
     found = model.diagnostics
     assert max(found["error_frequency"], found["error_tensor"]) <= 1e-6
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_sides_and_tensions_meet_ritz(seed):
+    """As nearly as a basis of Ritz' products has settled; tension acts between held sides alone."""
+    random = np.random.default_rng([1616, seed])
+    loose = True
+    while loose:  # a free film, and one that turns about a line
+        sides = "".join(random.choice(list("csf"), 4))
+        loose = "c" not in sides and sum(side == "s" for side in sides) < 2
+    width = random.uniform(0.5, 1.0)
+    held = "f" not in sides[:2], "f" not in sides[2:]
+    tension = random.uniform(0, 50, 2) * held
+    own = [
+        rectangle(sides, width, NU, RIGIDITY / THICKNESS, tension * RIGIDITY / THICKNESS, n)
+        for n in (12, 16)
+    ]
+    model = solved(film(sides, width, tension, 1e-6, 1))
+    found = 2 * np.pi * model.frequency[0], model.cubic[0, 0, 0, 0] / THICKNESS
+    for ours, coarse, fine in zip(found, *own):
+        assert abs(ours / fine - 1) < SETTLED * abs(coarse / fine - 1) + 1e-6
+        assert abs(ours / fine - 1) < 2e-3
 
 
 RELAXED = 0.00249420  # two meshes of another hp code, and Ritz' method
@@ -98,3 +122,35 @@ def test_the_best_solution_is_kept_when_a_finer_mesh_fails(monkeypatch):
         model = reduce_scene(scene)
     assert len(aims) == 2
     assert model.frequency == pytest.approx(CCCF[:1], rel=1e-3)
+
+
+def test_a_tolerance_that_is_missed_is_told_with_one_that_is_met(monkeypatch):
+    scene = film("cccc", 0.8, tolerance=1e-3, count=1)
+    solve = route.solve
+
+    def by_a_hair(*given):
+        solution = solve(*given)
+        solution.diagnostics["error_tensor"] = 1.04e-3
+        return solution
+
+    monkeypatch.setattr(route, "solve", by_a_hair)
+    with pytest.warns(AccuracyWarning, match=r"accuracy.tolerance = 0.002 is met"):
+        reduce_scene(scene)
+
+
+@pytest.mark.parametrize("width", [0.02, 0.1])
+def test_a_string_that_widens_as_it_is_stretched_is_solved(width):
+    """Corrections of its modes that add nothing to them have an energy of rounding, of any sign."""
+    string = Scene(
+        geometry=String(length=1.0, width=width),
+        plate=Plate(thickness=1e-4, model="plate"),
+        material=Material(youngs_modulus=1.0, poisson_ratio=-0.45, density=1.0),
+        tension=Tension(0.0),
+        support=Support({"left": "simply_supported", "right": "simply_supported"}),
+        modes=Modes(count=9),
+        accuracy=Accuracy(tolerance=1e-7),
+    )
+    model = solved(string)
+    flexural = 1e-8 / 12  # by mass: without tension the first mode is nearly a beam's
+    beam = np.pi / 2 * np.sqrt(flexural)
+    assert model.frequency[0] == pytest.approx(beam, rel=2 * width)

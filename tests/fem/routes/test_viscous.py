@@ -5,8 +5,11 @@ import pytest
 
 from nanorom.errors import SceneError
 from nanorom.fem.reduce import reduce_scene
-from nanorom.scene.film import Tension
-from nanorom.scene.scene import Scene
+from nanorom.scene.excitation import Damping
+from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.geometry import Rectangle
+from nanorom.scene.scene import Accuracy, Modes, Scene
+from nanorom.scene.support import Edge, Support
 
 TIME = 2e-10  # s
 SAME = 1e-9
@@ -71,3 +74,26 @@ def test_other_routes_and_files_keep_it(scene, model, tmp_path):
 def test_film_that_is_not_flat_is_refused(scene):
     with pytest.raises(SceneError, match="damping.material_time"):
         reduce_scene(Scene.from_toml(scene.to_toml() + '[load]\npressure = "100 Pa"\n'))
+
+
+def test_bending_of_a_film_that_relaxes_is_that_of_the_tension_it_relaxes_to():
+    """Free to contract between its ends it keeps T_x - nu T_y alone, exactly (plane stress)."""
+    nu, along, across, h = 0.3, 40.0, 60.0, 1e-3
+    rigidity = h**3 / (12 * (1 - nu**2))
+    ends = Edge("simply_supported", in_plane="normal")
+    relaxing = Scene(
+        geometry=Rectangle(length=1.0, width=0.4),
+        plate=Plate(thickness=h, model="plate"),
+        material=Material(youngs_modulus=1.0, poisson_ratio=nu, density=1.0),
+        tension=Tension(along * rigidity, across * rigidity),
+        support=Support({"left": ends, "right": ends, "default": "free"}),
+        damping=Damping(quality_factor=100, material_time=1e-3),
+        modes=Modes(count=3),
+        accuracy=Accuracy(tolerance=1e-6),
+    )
+    constant = relaxing.with_(tension=Tension((along - nu * across) * rigidity, 0.0))
+    found, expected = reduce_scene(relaxing), reduce_scene(constant)
+    np.testing.assert_allclose(found.frequency, expected.frequency, rtol=1e-6)
+    largest = np.abs(expected.bending).max()
+    np.testing.assert_allclose(found.bending, expected.bending, atol=1e-6 * largest)
+    assert np.linalg.eigvalsh(found.bending).min() > 0

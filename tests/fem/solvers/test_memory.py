@@ -1,8 +1,13 @@
 """What memory may be taken: the limits of queues and containers bind, not the machine alone."""
 
 import pytest
+from mpi4py import MPI
 
+from nanorom.errors import AccuracyWarning, SolverError
+from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.routes import plate as route
 from nanorom.fem.solvers import groups
+from tests.fem.routes.test_sides import CCCF, film
 
 GIGABYTE = 1_000_000_000
 
@@ -40,3 +45,28 @@ def test_limits_of_the_first_version_are_read(tmp_path):
 
 def test_a_machine_without_limits_leaves_everything(tmp_path):
     assert groups.left_by_limits(tmp_path / "none", tmp_path) == float("inf")
+
+
+def test_a_mesh_that_fills_the_memory_is_told_and_the_best_before_it_kept(monkeypatch):
+    """There is none left for the second."""
+    scene, solve = film("cccf", 0.8, tolerance=1e-3, count=1), route.solve
+
+    def rough(*given):
+        solution = solve(*given)
+        solution.diagnostics["error_tensor"] = 2e-3
+        return solution
+
+    left = iter([1e12, 1e6])
+    monkeypatch.setattr(groups, "memory", lambda comm: next(left))
+    monkeypatch.setattr(route, "solve", rough)
+    with pytest.warns(AccuracyWarning, match="GB of memory are left"):
+        model = reduce_scene(scene)
+    assert model.frequency == pytest.approx(CCCF[:1], rel=1e-3)
+
+
+def test_memory_that_is_not_known_binds_nothing(monkeypatch):
+    monkeypatch.setattr(groups, "memory", lambda comm: 0.0)
+    groups.check_fits(10**9, MPI.COMM_SELF)
+    monkeypatch.setattr(groups, "memory", lambda comm: 1e9)
+    with pytest.raises(SolverError, match="ask for a larger tolerance"):
+        groups.check_fits(10**9, MPI.COMM_SELF)

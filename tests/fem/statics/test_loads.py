@@ -208,3 +208,12 @@ def test_initial_shape_is_a_deflected_state_without_its_stress():
     load = loads.pressure(state)
     for _ in loadpath.load_steps(loads.problem(state, load), [5.0]):
         assert centre(plate, state) == pytest.approx(reference.centre(), rel=1e-6)
+
+
+def test_load_steps_are_bounded(monkeypatch):
+    """A drum under a pressure of which it cannot bear much at once."""
+    monkeypatch.setattr(loadpath, "MOST_STEPS", 3)
+    state = coupled.Film(drum(0.0, degree=5))
+    problem = loads.problem(state, loads.pressure(state))
+    with pytest.raises(SolverError, match=r"still at load .* of 1e\+12 after 3 steps"):
+        list(loadpath.load_steps(problem, [1e12]))

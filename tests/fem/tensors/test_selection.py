@@ -17,6 +17,7 @@ from tests.fem.exact import drum, paper_drum
 ZERO = 1e-9  # of the largest entry: what a tolerance of 1e-8 leaves of an entry that is zero
 SAME = 1e-9  # of the largest entry: two computations of one tensor
 TOLERANCE = Accuracy(tolerance=1e-8)
+ZERO_LOADED, LOADED = 1e-6, Accuracy(tolerance=1e-5)  # the same of a drum under a load
 
 
 def without_rules(monkeypatch):
@@ -38,11 +39,11 @@ def test_entries_zero_on_a_body_of_revolution_are_zero_in_the_full_tensor(monkey
 
 
 def test_quadratic_entries_of_a_pressurised_drum_keep_to_the_rule(monkeypatch):
-    scene = attrs.evolve(drum(100.0, count=6, accuracy=TOLERANCE), load=Load(pressure="1 kPa"))
+    scene = attrs.evolve(drum(100.0, count=4, accuracy=LOADED), load=Load(pressure="1 kPa"))
     ruled = reduce_scene(scene).quadratic
     without_rules(monkeypatch)
     full = reduce_scene(scene).quadratic
-    assert np.abs(ruled - full).max() < ZERO * np.abs(full).max()
+    assert np.abs(ruled - full).max() < ZERO_LOADED * np.abs(full).max()
     assert (ruled == 0).sum() > (full == 0).sum()
 
 
