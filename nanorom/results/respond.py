@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -81,12 +81,7 @@ def respond(
         told("drive levels", len(found), total)
         try:
             levels, numbers = list(missing.values()), list(missing)
-
-            @seldom
-            def watch(place: int, course: Course) -> None:
-                told(_stage(numbers[place], course), len(found), total)
-
-            given = system, omega, levels, processes, watch
+            given = system, omega, levels, processes, _watch(told, numbers, found, total)
             for place, diagram in explore_each(*given, **options):
                 number = numbers[place]
                 found[number] = diagram
@@ -98,11 +93,35 @@ def respond(
                 raise
             return _interrupted(empty, found)
     diagrams = [found[number] for number in range(total)]
-    whole = add_isolas(system, omega, diagrams, processes, **options)
-    response = estimated(attrs.evolve(empty, diagrams=tuple(whole)), model, question)
-    if path is not None and (whole != diagrams or response.estimates):
+    response = _whole(empty, diagrams, model, question, processes)
+    if path is not None and (list(response.diagrams) != diagrams or response.estimates):
         response.save(path, key)
     return response
+
+
+def _whole(
+    empty: Response,
+    diagrams: list[Diagram],
+    model: ReducedModel,
+    question: Question,
+    processes: int | None,
+) -> Response:
+    """The response with its isolas and estimates."""
+    system, omega, options = question.of(model)
+    whole = add_isolas(system, omega, diagrams, processes, **options)
+    return estimated(attrs.evolve(empty, diagrams=tuple(whole)), model, question)
+
+
+def _watch(
+    told: Progress, numbers: Sequence[int], found: Mapping[int, Diagram], total: int
+) -> Callable[[int, Course], None]:
+    """Tells now and then what levels under way, of these numbers, have come to."""
+
+    @seldom
+    def watch(place: int, course: Course) -> None:
+        told(_stage(numbers[place], course), len(found), total)
+
+    return watch
 
 
 def _stage(number: int, course: Course) -> str:

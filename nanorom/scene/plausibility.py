@@ -11,7 +11,6 @@ import numpy as np
 from nanorom.errors import SceneError
 from nanorom.scene.geometry import Disc, Rectangle, String
 from nanorom.scene.patterns import PARAMETRIC
-from nanorom.scene.patterns.pattern import Stretch
 from nanorom.scene.scene import Scene
 
 THICKEST = 0.5  # of the film's width: beyond it nothing is left of a film
@@ -113,7 +112,7 @@ def _excited(scene: Scene, frequency: float) -> list[str]:
     """Remarks on drive and sweep, given the order of magnitude of the lowest frequency in Hz."""
     found = []
     drive, sweep, largest = scene.drive, scene.sweep, scene.tension.largest
-    if drive is not None and issubclass(PARAMETRIC[drive.parametric_pattern], Stretch):
+    if drive is not None and PARAMETRIC[drive.parametric_pattern].unit == "N/m":
         level = max(drive.parametric)
         if 0 < largest < level and scene.load is None:
             found.append(

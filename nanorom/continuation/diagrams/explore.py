@@ -85,10 +85,6 @@ def explore(
     watch : callable
         Told after every step what the diagram has come to.
 
-    Returns
-    -------
-    Diagram
-
     Raises
     ------
     ContinuationError
@@ -99,11 +95,8 @@ def explore(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
     scaled = with_symmetries(system.scaled(direct, parametric))
-    record = Record(scaled, (low, high), settings)
-    if watch is not None:
-        record.watched(watch)
-    explorer = _Explorer(record, (direct, parametric))
-    return explorer.diagram(known, seeds, folds)
+    record = Record(scaled, (low, high), settings, watch)
+    return _Explorer(record, (direct, parametric)).diagram(known, seeds, folds)
 
 
 class _Explorer:

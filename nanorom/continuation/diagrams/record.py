@@ -69,10 +69,16 @@ class Record:
     """Branches and special points of one level, in the units of the model, as they are found."""
 
     def __init__(
-        self, scaled: ScaledSystem, omega: tuple[float, float], settings: Settings
+        self,
+        scaled: ScaledSystem,
+        omega: tuple[float, float],
+        settings: Settings,
+        watch: Callable[[Course], None] | None = None,
     ) -> None:
         self.budget = Budget(scaled.size)
         self.scaled, self.settings = scaled, replace(settings, budget=self.budget)
+        if watch is not None:
+            self._tell(watch)
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
         self.range = within_reach(scaled, (low, high))
         self.floquet = FloquetSolver(scaled, truncation(scaled))  # confirmation has a finer one
@@ -89,7 +95,7 @@ class Record:
         if self.range[0] > low:
             self.leave("window", self.range[0], "not followed below, where all follows the drive")
 
-    def watched(self, watch: Callable[[Course], None]) -> None:
+    def _tell(self, watch: Callable[[Course], None]) -> None:
         """Tell after every step what the diagram has come to."""
 
         def step(rate: float, period_multiple: int) -> None:
