@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
     from nanorom.results.verified import Verified
+    from nanorom.rom.manifold.reduced import manifold
     from nanorom.rom.model import ReducedModel
     from nanorom.rom.shapes import Shapes
     from nanorom.scene.drive import Drive
@@ -36,6 +37,7 @@ _HOMES = {
     "results.respond": ("respond",),
     "results.response": ("Response",),
     "results.verified": ("Verified",),
+    "rom.manifold.reduced": ("manifold",),
     "rom.model": ("ReducedModel",),
     "rom.shapes": ("Shapes",),
     "scene.drive": ("Drive",),
@@ -111,6 +113,7 @@ __all__ = [
     "Tension",
     "Verified",
     "full_orbit",
+    "manifold",
     "reduce",
     "respond",
     "run",

@@ -195,6 +195,26 @@ def export_command(options: argparse.Namespace) -> None:
     print(written)
 
 
+def effective_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_writable
+    from nanorom.results.effective import effective
+    from nanorom.rom.model import ReducedModel
+    from nanorom.scene.units import to_si
+
+    order = _integer("--order", options.order)
+    mode = int(options.mode) if options.mode.isdecimal() else options.mode
+    reach = None if options.reach is None else to_si(_number(options.reach), "m", "--reach")
+    if options.output is not None:
+        check_writable(options.output)
+    found = effective(ReducedModel.load(options.model), mode, order, reach)
+    print(found.text())
+    if options.output is not None:
+        from nanorom.plots import effective_figure
+
+        found.save(options.output)
+        effective_figure(found, options.output.with_suffix(".png"))
+
+
 def identify_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_directory, make_directory
     from nanorom.measurement.data import Resonances

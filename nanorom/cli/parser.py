@@ -140,6 +140,22 @@ def _export(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _effective(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
+    parser.add_argument("--mode", default="1", help="number or name of the mode (1)")
+    parser.add_argument("--order", default="7", help="of the manifold (7)")
+    parser.add_argument(
+        "--reach", metavar="AMPLITUDE", help='raise the order until it holds to there ("20 nm")'
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="EFFECTIVE",
+        help="effective.h5; the picture comes beside it",
+    )
+
+
 def _identify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scene", type=Path, metavar="SCENE", help="scene file (TOML), a first guess"
@@ -283,6 +299,11 @@ COMMANDS = {
         commands.export_command,
         "Hand a model or a response to other programs or tables.",
         _export,
+    ),
+    "effective": Command(
+        commands.effective_command,
+        "Tell what a fit of a single oscillator to a mode returns, and which modes cause it.",
+        _effective,
     ),
     "identify": Command(
         commands.identify_command,

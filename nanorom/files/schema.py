@@ -34,6 +34,7 @@ AXES = {
     "C": "triangles",
     "n": "rows",
     "g": "growths",
+    "t": "parts",
 }
 SYMMETRIC = "symmetric"
 POTENTIAL = "symmetric in all indices"  # a force that derives from a potential

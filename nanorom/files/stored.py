@@ -76,6 +76,14 @@ KINDS = {
         "nanorom.report.notebook:load_curve_html",
         "nanorom.report.page:load_curve_page",
     ),
+    "nanorom-effective": Kind(
+        "effective.h5",
+        "nanorom.results.effective:Effective.load",
+        "nanorom.results.effective:Effective.text",
+        "nanorom.plots.files:draw_effective",
+        "nanorom.report.notebook:effective_html",
+        "nanorom.report.page:effective_page",
+    ),
 }
 
 

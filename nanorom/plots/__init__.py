@@ -2,6 +2,7 @@
 
 from nanorom.plots.comb import comb_figure
 from nanorom.plots.diagram import diagram_figure, motion_figure
+from nanorom.plots.effective import effective_figure
 from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
@@ -17,6 +18,7 @@ __all__ = [
     "comb_figure",
     "comparison_figure",
     "diagram_figure",
+    "effective_figure",
     "linear_figure",
     "load_curve",
     "mode_gallery",

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nanorom.errors import FileError
+from nanorom.plots.effective import effective_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.reading import reading_figure
@@ -16,6 +17,7 @@ from nanorom.scene.units import wrong
 
 if TYPE_CHECKING:
     from nanorom.measurement.data import MeasuredResponse
+    from nanorom.results.effective import Effective
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.readings import Output
     from nanorom.results.response import Response
@@ -65,6 +67,14 @@ def draw_verified(
     """A picture of the file's name: amplitudes of model and film, and errors below."""
     _no_data(path, measured)
     verified_figure(verified, folder / path.with_suffix(".png").name)
+
+
+def draw_effective(
+    effective: Effective, path: Path, folder: Path, measured: MeasuredResponse | None = None
+) -> None:
+    """A picture of the file's name: backbone, what fits return, parts of the coefficient."""
+    _no_data(path, measured)
+    effective_figure(effective, folder / path.with_suffix(".png").name)
 
 
 def draw_load_curve(

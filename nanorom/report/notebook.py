@@ -11,6 +11,7 @@ from nanorom.rom.model import ReducedModel
 from nanorom.scene.units import with_unit
 
 if TYPE_CHECKING:
+    from nanorom.results.effective import Effective
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.response import Response
     from nanorom.results.verified import Verified
@@ -41,6 +42,11 @@ def response_html(response: Response) -> str:
 def load_curve_html(curve: LoadCurve) -> str:
     """The table of states, and what there is to say of it."""
     return f"<pre>{escape(curve.text())}</pre>"
+
+
+def effective_html(effective: Effective) -> str:
+    """The coefficients and what they come from."""
+    return f"<pre>{escape(effective.text())}</pre>"
 
 
 def verified_html(verified: Verified) -> str:

@@ -12,6 +12,7 @@ from nanorom.report.viewer import data
 from nanorom.report.viewer.pack import Pack
 from nanorom.report.viewer.page import Page
 from nanorom.results.beside import model_beside
+from nanorom.results.effective import Effective
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.results.response import Response
 from nanorom.results.verified import Verified
@@ -76,6 +77,12 @@ def load_curve_page(curve: LoadCurve, path: Path) -> Page:
     data.add_load_curve(pack, curve)
     lead = f"{len(curve.load)} states against the {curve.quantity}"
     return Page(_title(path), lead, pack, [sections.plain("States", curve.text())])
+
+
+def effective_page(effective: Effective, path: Path) -> Page:
+    """Coefficients of one mode, and what they come from."""
+    table = sections.plain("Effective coefficients", effective.text())
+    return Page(_title(path), f"effective coefficients of {effective.mode}", Pack(), [table])
 
 
 def verified_page(verified: Verified, path: Path) -> Page:

@@ -41,7 +41,9 @@ def test_numbers_of_others_stand_in_the_page_beside_what_is_computed_now():
 
     written, computed = numbers(outside.DOCUMENT.read_text()), numbers(outside.page())
     assert written[0] == computed[0]
-    assert written[1] == pytest.approx(computed[1], rel=2e-6)  # six digits are written
+    shells = np.array([row[0].startswith("| arc") for row in written[0]])
+    digits = np.where(shells, outside.SHELLS, 2e-6)  # six digits are written
+    assert (np.abs(computed[1] / written[1] - 1) < digits).all()
 
 
 @pytest.fixture(scope="module")

@@ -133,7 +133,8 @@ def _normal_modes(system: ScaledSystem) -> Array:
     massive = np.flatnonzero(system.inertia)
     if len(massive) < system.size:
         columns = np.eye(system.size)
-        columns[np.ix_(massive, massive)] = _normal_modes(system.restrict(massive))
+        if len(massive):
+            columns[np.ix_(massive, massive)] = _normal_modes(system.restrict(massive))
         return columns
     stiffness = system.stiffness
     if np.allclose(stiffness, stiffness.T, rtol=0, atol=ROUND_OFF * np.abs(stiffness).max()):

@@ -23,7 +23,7 @@ CASES = {
 }
 ROUNDING = 1e-12  # of frequencies
 TAKEN_APART = 1e-9  # of the energies of polynomials of a cell
-FINE = 1e-10  # tolerance of the mesh that a clamped rectangle is held against
+FINE = 1e-8  # tolerance of the mesh that a clamped rectangle is held against
 
 
 @pytest.mark.parametrize("case", CASES)

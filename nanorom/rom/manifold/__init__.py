@@ -1,0 +1,1 @@
+"""Invariant manifolds of the modal equations: a few masters, all other modes following them."""
