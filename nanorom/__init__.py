@@ -17,25 +17,30 @@ if TYPE_CHECKING:
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
+    from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.verified import Verified
     from nanorom.rom.manifold.reduced import manifold
     from nanorom.rom.model import ReducedModel
     from nanorom.rom.shapes import Shapes
     from nanorom.scene.drive import Drive
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
-    from nanorom.scene.film import Material, Plate, Tension
+    from nanorom.scene.film import Plate, Tension
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
+    from nanorom.scene.layers import Layer, Stack
     from nanorom.scene.load import Load
+    from nanorom.scene.mass import AddedMass
+    from nanorom.scene.material import Gas, Material
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
-    from nanorom.workflow import full_orbit, reduce, run, tune, verify
+    from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
     "errors": ("NanoromError",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
+    "results.sensitivity": ("Sensitivity",),
     "results.verified": ("Verified",),
     "rom.manifold.reduced": ("manifold",),
     "rom.model": ("ReducedModel",),
@@ -48,18 +53,17 @@ _HOMES = {
         "Frequency",
         "Sweep",
     ),
-    "scene.film": (
-        "Material",
-        "Plate",
-        "Tension",
-    ),
+    "scene.film": ("Plate", "Tension"),
     "scene.geometry": (
         "Disc",
         "MeshFile",
         "Rectangle",
         "String",
     ),
+    "scene.layers": ("Layer", "Stack"),
     "scene.load": ("Load",),
+    "scene.mass": ("AddedMass",),
+    "scene.material": ("Gas", "Material"),
     "scene.scene": (
         "Accuracy",
         "Modes",
@@ -76,6 +80,7 @@ _HOMES = {
         "full_orbit",
         "reduce",
         "run",
+        "sensitivity",
         "tune",
         "verify",
     ),
@@ -85,13 +90,16 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Accuracy",
+    "AddedMass",
     "Damping",
     "Disc",
     "Drive",
     "Edge",
     "Excitation",
     "Frequency",
+    "Gas",
     "Harmonic",
+    "Layer",
     "Load",
     "LoadCurve",
     "Material",
@@ -105,8 +113,10 @@ __all__ = [
     "Reduction",
     "Response",
     "Scene",
+    "Sensitivity",
     "Shapes",
     "Spring",
+    "Stack",
     "String",
     "Support",
     "Sweep",
@@ -117,6 +127,7 @@ __all__ = [
     "reduce",
     "respond",
     "run",
+    "sensitivity",
     "tune",
     "verify",
 ]

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nanorom.errors import SceneError
 from nanorom.files import partial
 from nanorom.files.whole import (
@@ -27,6 +29,7 @@ from nanorom.types import Progress
 if TYPE_CHECKING:
     from nanorom.continuation.orbits.orbit import PeriodicOrbit
     from nanorom.results.response import Response
+    from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.verified import Verified
     from nanorom.verification.orbit import FullOrbit
 
@@ -112,6 +115,48 @@ def tune(
         from nanorom.fem.tuning import follow
     with watched(progress) as told:
         return follow(Scene.of(scene), points, told)
+
+
+def sensitivity(
+    scene: Scene | str | Path,
+    of: Sequence[str] | None = None,
+    by: Sequence[str] | None = None,
+    progress: Progress | None = None,
+) -> Sensitivity:
+    """Exact derivatives of what the model of a scene says, by the numbers of the scene.
+
+    ``of``: names such as f1, m1, k1, b111, b112@2, J1.pressure, P11.tension, f(f11c) and quotients
+    f2/f1; all frequencies and the b of single modes if left out.  ``by``: keys such as
+    plate.thickness or tension.x, all there are if left out.  The table has d ln(of) / d ln(by).
+    Of flat plates and membranes on rigid supports.  Under MPI every rank gets the same table.
+    Raises SceneError, ModelError for a name that is not there, SolverError, NanoromError if
+    DOLFINx is not installed.
+    """
+    from nanorom.results.sensitivity import Sensitivity
+    from nanorom.rom import quantities
+
+    with finite_elements():
+        from nanorom.fem.sensitivity.model import model_slopes
+    with watched(progress) as told:
+        found = model_slopes(Scene.of(scene), by, told)
+    modes = range(1, len(found.label) + 1)
+    each = [f"f{n}" for n in modes] + [f"b({n},{n},{n})" for n in modes]
+    names = tuple(each if of is None else of)
+    values = [quantities.value(name, found.value, found.label) for name in names]
+    slopes = [
+        [
+            quantities.slope(name, found.value, change, found.label)
+            for change in found.slope.values()
+        ]
+        for name in names
+    ]
+    return Sensitivity(
+        of=names,
+        unit=tuple(unit for _, unit in values),
+        value=np.array([value for value, _ in values]),
+        by=tuple(found.slope),
+        slope=np.array(slopes).reshape(len(names), len(found.slope)),
+    )
 
 
 def full_orbit(

@@ -20,9 +20,10 @@ from nanorom.bench import bounded
 from nanorom.errors import AccuracyWarning, NanoromError
 from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.rom.model import ReducedModel
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, Geometry, MeshFile, Rectangle, String
 from nanorom.scene.load import Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Kind, Spring, Support, deflection_of
 from nanorom.workflow import reduce

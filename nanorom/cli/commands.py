@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -247,6 +248,59 @@ def _columns(options: argparse.Namespace) -> dict[str, str]:
             raise FileError(f"--columns: found {part!r}; allowed: frequency=NAME,amplitude=NAME")
         found[quantity.strip()] = name.strip()
     return found
+
+
+def sensitivity_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_writable
+    from nanorom.launch import mpi_rank
+    from nanorom.report.sensitivity import sensitivity_text
+    from nanorom.workflow import sensitivity
+
+    if options.output is not None:
+        check_writable(options.output)
+    of, by = (None if names is None else _names(names) for names in (options.of, options.by))
+    scene = _scene(options)
+    with _progress() as progress:
+        found = sensitivity(scene, of, by, progress)
+    if mpi_rank() == 0:
+        print(sensitivity_text(found))
+        if options.output is not None:
+            from nanorom.plots import sensitivity_figure
+
+            found.save_csv(options.output)
+            sensitivity_figure(found, options.output.with_suffix(".png"))
+
+
+def _names(text: str) -> list[str]:
+    """Names between commas; those within brackets belong to a name."""
+    return [name.strip() for name in re.split(r",(?![^(]*\))", text)]
+
+
+def peaks_command(options: argparse.Namespace) -> None:
+    from nanorom.files.whole import check_directory, make_directory
+    from nanorom.measurement.data import MeasuredResponse, RingdownRecord, has_time
+    from nanorom.measurement.sweeps.peaks import find_peaks
+    from nanorom.measurement.sweeps.ringdown import fit_ringdown
+    from nanorom.report import peaks as report
+
+    if options.output is not None:
+        check_directory(options.output)
+    columns = _columns(options)
+    if has_time(options.measured[0], columns):
+        for path in options.measured:
+            print(report.ringdown_text(fit_ringdown(RingdownRecord.from_file(path, columns))))
+        return
+    measured = MeasuredResponse.from_files(options.measured, columns)
+    with _progress() as progress:
+        found = find_peaks(measured, progress)
+    print(report.peaks_text(found, measured.left_out))
+    if options.output is not None:
+        from nanorom.plots import peaks_figure
+
+        make_directory(options.output)
+        report.save_table(found, options.output / "peaks.csv")
+        for number, peak in enumerate(found, 1):
+            peaks_figure(peak, options.output / f"peak-{number}.png")
 
 
 def plot_command(options: argparse.Namespace) -> None:

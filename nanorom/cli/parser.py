@@ -174,6 +174,34 @@ def _identify(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _sensitivity(parser: argparse.ArgumentParser) -> None:
+    _add_scene(parser)
+    parser.add_argument(
+        "--of", metavar="NAMES", help="f1,m1,k1,b111,f2/f1,... (default: every f and b of one mode)"
+    )
+    parser.add_argument(
+        "--by", metavar="KEYS", help="plate.thickness,tension.x,... (default: all that act)"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="TABLE", help="CSV; a picture comes beside it"
+    )
+    _add_overrides(parser)
+
+
+def _peaks(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "measured",
+        type=Path,
+        nargs="+",
+        metavar="SWEEPS",
+        help="tables: frequency, amplitude, sweep, level; or of ring-downs: time, amplitude",
+    )
+    _add_columns(parser)
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="gets peaks.csv and a picture of each peak"
+    )
+
+
 def _plot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="any of nanorom's HDF5 files")
     parser.add_argument(
@@ -309,6 +337,16 @@ COMMANDS = {
         commands.identify_command,
         "Find tension, Young's modulus and more from resonances.",
         _identify,
+    ),
+    "sensitivity": Command(
+        commands.sensitivity_command,
+        "Tell by how many per cent results change for each per cent of a scene's numbers.",
+        _sensitivity,
+    ),
+    "peaks": Command(
+        commands.peaks_command,
+        "Find Q, Duffing coefficient, damping and folds of every peak, without a model.",
+        _peaks,
     ),
     "plot": Command(
         commands.plot_command,

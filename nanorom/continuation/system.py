@@ -187,16 +187,37 @@ class ModalSystem:
         """Force patterns (L + S, 2K + 1) at direct level 1, in the units of `direct`, by the terms
         1, cos(omega t), sin, cos(2 omega t), ...; the last rows are what feeds the states.
         """
-        own = terms(self.drives, "direct", self.direct)
+        return self._direct_at(1.0)
+
+    def _direct_at(self, level: float) -> Array:
+        """The same per unit of a level."""
+        own = terms(self.drives, "direct", self.direct, level)
         count = self.states.size if self.states else 0
-        return np.concatenate([own, terms(self.drives, "states", np.zeros(count))])
+        return np.concatenate([own, terms(self.drives, "states", np.zeros(count), level)])
+
+    @property
+    def proportional(self) -> bool:
+        """All of the drive goes with its levels, none of it with a power of them."""
+        return all(drive.power == 1 for drive in self.drives)
+
+    def check_proportional(self) -> None:
+        """Raise ContinuationError if a level is no factor on the drive."""
+        if not self.proportional:
+            raise ContinuationError(
+                "drives: found one of a power of the level; allowed here: power 1, as the level is "
+                "varied as a factor"
+            )
 
     @property
     def parametric_drive(self) -> Array:
         """Stiffness patterns (L, L, 2K + 1) at parametric level 1, in the units of `parametric`, by
         the terms of `direct_drive`.
         """
-        return terms(self.drives, "parametric", self.parametric)
+        return self.parametric_at(1.0)
+
+    def parametric_at(self, level: float) -> Array:
+        """The same (L, L, 2K + 1) per unit of a level."""
+        return terms(self.drives, "parametric", self.parametric, level)
 
     def arrays(self) -> dict[str, Array]:
         """All arrays of the equations by name, in the shapes and units of their fields;
@@ -232,8 +253,8 @@ class ModalSystem:
     def _at_levels(self, direct: float, parametric: float, frequency: float) -> dict[str, Array]:
         """The arrays of modes and states over their mass."""
         arrays = {name: getattr(self, name) for name in TENSORS}
-        arrays["direct"] = direct * self.direct_drive
-        arrays["parametric"] = parametric * self.parametric_drive
+        arrays["direct"] = direct * self._direct_at(direct)
+        arrays["parametric"] = parametric * self.parametric_at(parametric)
         over = self._over_mass(arrays, frequency)
         return over if self.states is None else joined(over, self.states, self.mass, frequency)
 

@@ -14,8 +14,9 @@ from scipy.optimize import brentq
 
 from nanorom.exact import drum as spectral
 from nanorom.rom.model import ReducedModel
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, Rectangle, String
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from nanorom.types import Array

@@ -5,12 +5,11 @@ Writers are "module:function", loaded when they are needed (`nanorom.files.store
 
 from __future__ import annotations
 
-import attrs
+from typing import NamedTuple
 
 
-@attrs.frozen
-class Format:
-    """What a format takes, and its writers.
+class Format(NamedTuple):
+    """What a format takes, and its writers; made without attrs, which the command line spares.
 
     suffix: usual one of its files or folders
     system(system, path, omega, direct, parametric): modal equations at a drive level, for a range

@@ -40,7 +40,8 @@ class Plan:
         tolerance = scene.accuracy.tolerance
         bending = scene.plate.bends
         if bending is None:  # unless it certainly makes no difference
-            bending = effect is None or tolerance is None or effect > SKIPPED * tolerance
+            certain = effect is not None and tolerance is not None and not scene.bends_with_loss
+            bending = not certain or (effect or 0.0) > SKIPPED * (tolerance or 0.0)
         return cls(scene, bending, effect, Scales.of(scene, bending))
 
     @property

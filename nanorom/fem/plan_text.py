@@ -50,6 +50,8 @@ def bending_item(plan: Plan) -> Item:
         if acting_tension(scene) is None:
             return Item("bending", True, "only the static state tells how much tension acts")
         return Item("bending", True, "a direction without tension: nothing to compare it with")
+    if plan.bending and scene.bends_with_loss:
+        return Item("bending", True, "the material loses energy in it")
     effect = f"a bound on its effect is {plan.bending_effect:.1e}"
     if scene.plate.bends is not None:
         return Item("bending", plan.bending, f"the scene's model is {model}")

@@ -39,7 +39,7 @@ class Scales:
         stretch = material.youngs_modulus * h
         stiffness = 0.0
         if bending and scene.plate.bends is not False:
-            stiffness = stretch * h**2 / (12 * (1 - material.poisson_ratio**2)) / length**2
+            stiffness = material.bending_stiffness(h) / length**2
         tension = max(*(abs(t) for t in scene.tension.principal), stiffness)
         mass = material.density * h * length**2
         return cls(length, tension, mass, stretch / length**2, stiffness / tension)

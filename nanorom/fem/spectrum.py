@@ -51,6 +51,8 @@ class Spectrum:
             raise SceneError(
                 "support: a scene to identify has rigid supports; found springs or in_plane"
             )
+        if scene.masses:
+            raise SceneError("mass: a scene to identify is about the bare film; remove [[mass]]")
         if scene.tension.xy:
             raise SceneError(
                 f"tension.xy: found {scene.tension.xy:g} N/m; allowed in a scene to identify: 0"
@@ -61,7 +63,7 @@ class Spectrum:
         layer = float(np.sqrt(scales.bending * scales.tension / tension))
         chosen = discretisation.choose(scene, scales.length, layer, scene.accuracy.tolerance)
         self.plate = plate = build_plate(comm, scene, scales, chosen)
-        self.mass = algebra.assemble(plate.compiled(plate.mass_form))
+        self.mass = operators.mass(plate)
         # per N/m, N/m and N m, in the plate's unit of stiffness
         units = (scales.tension, scales.tension, scales.tension * scales.length**2)
         self.parts: list[dict[Parity, PETSc.Mat]] = [

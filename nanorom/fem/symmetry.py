@@ -13,6 +13,7 @@ from itertools import product
 import attrs
 import numpy as np
 
+from nanorom.scene import elasticity
 from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.scene import Scene
 
@@ -30,15 +31,16 @@ class Mirrors:
 
     @classmethod
     def of(cls, scene: Scene) -> Mirrors:
-        """Mirrors of a scene: tensions along the axes have both, shape and supports decide."""
-        if scene.tension.xy:
+        """Mirrors of a scene: tensions along the axes have both; shape, supports, masses decide."""
+        if scene.tension.xy or not elasticity.is_aligned(scene.material.law):
             return cls()
+        on = [a for i, a in enumerate(AXES) if all(m.position[i] == 0 for m in scene.masses)]
         if isinstance(scene.geometry, Disc):
-            return cls(AXES)
+            return cls(AXES if len(on) == len(AXES) else ())  # its mesh has a quarter or all of it
         if not isinstance(scene.geometry, Rectangle):
             return cls()
         kinds = scene.supports
-        return cls(tuple(a for a in AXES if kinds[OPPOSITE[a][0]] == kinds[OPPOSITE[a][1]]))
+        return cls(tuple(a for a in on if kinds[OPPOSITE[a][0]] == kinds[OPPOSITE[a][1]]))
 
     @property
     def classes(self) -> list[Parity]:
@@ -72,14 +74,16 @@ class Mirrors:
 
 
 def is_symmetric(scene: Scene) -> bool:
-    """The static state has every mirror that the flat film has."""
+    """The film and its static state have every mirror that its shape has."""
     centred = scene.load is None or scene.load.centred
+    centred = centred and all(mass.centred for mass in scene.masses)
     return centred and scene.plate.initial_shape is None
 
 
 def is_of_revolution(scene: Scene) -> bool:
     """Every turn of the film about its centre leaves it and its static state as they are."""
     round_ = isinstance(scene.geometry, Disc) and scene.tension.is_isotropic
+    round_ = round_ and not scene.material.crystalline
     return round_ and is_symmetric(scene)
 
 
@@ -90,6 +94,7 @@ def is_square(scene: Scene) -> bool:
         isinstance(geometry, Rectangle)
         and geometry.length == geometry.width
         and tension.x == tension.y
+        and elasticity.is_square(scene.material.law)
         and len(set(scene.supports.values())) == 1
         and is_symmetric(scene)
     )

@@ -30,6 +30,7 @@ AXES = {
     "L": "modes",
     "K": "modes outside",
     "N": "modes of the larger model",
+    "S": "thermal modes",
     "P": "points",
     "C": "triangles",
     "n": "rows",
@@ -126,11 +127,14 @@ class Family:
     path: str = ""
 
     def give(self, path: str, value: Mapping[str, Any], sink: Sink) -> None:
-        sink.group(path)
+        if value or not self.item.optional:
+            sink.group(path)
         for name, array in value.items():
             sink.array(f"{path}/{name}", self.item, array)
 
     def take(self, path: str, source: Source) -> dict[str, Any]:
+        if self.item.optional and not source.has(path):
+            return {}
         return {name: source.array(f"{path}/{name}", self.item) for name in source.names(path)}
 
     def items(self, path: str) -> Iterator[tuple[str, Item]]:

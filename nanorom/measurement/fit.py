@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanorom.errors import SceneError
-from nanorom.measurement.assignment import UNSEEN, assign
+from nanorom.measurement.assignment import UNSEEN, assign, plain
 from nanorom.measurement.data import Resonances
 from nanorom.measurement.unknowns import PAIR, Film, Unknown
 from nanorom.rom.spectrum import Lines, Spectrum
@@ -47,6 +47,11 @@ class Fit:
     def names(self) -> tuple[str, ...]:
         """Names (p,) of the unknowns."""
         return tuple(unknown.name for unknown in self.unknowns)
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """Names (n,) of the measured modes, "" where they are not known."""
+        return tuple(map(plain, self.measured.label))
 
     @property
     def logarithm(self) -> Array:
@@ -115,7 +120,7 @@ class Fit:
         geometry = self.scene.geometry
         square = isinstance(geometry, Rectangle) and geometry.length == geometry.width
         alike = isinstance(geometry, Disc) or square
-        return not alike or bool(set("".join(self.measured.label)) & set("cs,"))
+        return not alike or any(set(name) & set("cs(") for name in self.known)
 
     def in_order(self, x: Array) -> Array:
         """T_x and T_y in the scene's order where the measurement cannot tell them apart."""
@@ -138,8 +143,9 @@ class Fit:
         while True:
             t_x, t_y, bending, areal_mass = self.physical(x)[0]
             lines = self.spectrum(t_x, t_y, bending, areal_mass, self.count)
+            lines = attrs.evolve(lines, label=tuple(map(plain, lines.label)))
             self.evaluations += 1
-            missing = set(self.measured.label) - set(lines.label) - {""}
+            missing = set(self.known) - set(lines.label) - {""}
             if not missing:
                 break
             self.count *= 2
@@ -149,7 +155,7 @@ class Fit:
                     f"{len(lines.label)} modes: {', '.join(lines.label)}"
                 )
         computed = np.log(lines.frequency)
-        index = assign(self.logarithm, self.measured.label, computed, lines.label, self.noise)
+        index = assign(self.logarithm, self.known, computed, lines.label, self.noise)
         self._last = (key, lines, index)
         return lines, index
 

@@ -7,9 +7,11 @@ from nanorom.plots.linear import linear_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.motion import animate
+from nanorom.plots.peaks import peaks_figure
 from nanorom.plots.reading import reading_figure
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
+from nanorom.plots.sensitivity import sensitivity_figure
 from nanorom.plots.verified import verified_figure
 
 __all__ = [
@@ -24,7 +26,9 @@ __all__ = [
     "mode_gallery",
     "motion_figure",
     "reading_figure",
+    "peaks_figure",
     "resonance_figure",
     "response_figure",
+    "sensitivity_figure",
     "verified_figure",
 ]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def model_text(model: ReducedModel) -> str:
     """A table of the modes and what the reduction reports about itself."""
-    return _table(model_rows(model)) + "\n\n" + _list(model_facts(model))
+    return table(model_rows(model)) + "\n\n" + _list(model_facts(model))
 
 
 def model_rows(model: ReducedModel) -> list[tuple[str, ...]]:
@@ -60,6 +60,7 @@ def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
         ("drive", _patterns(model.drive, DIRECT)),
         ("parametric", _patterns(model.parametric, PARAMETRIC)),
     ]
+    facts += [(f"Q of {name}", _short(1 / inverse)) for name, inverse in model.losses.items()]
     rest = {name: value for name, value in model.diagnostics.items() if name != "asymmetry"}
     facts += [(name, _short(rest[name])) for name in sorted(rest)]
     facts += [("made with", ", ".join(f"{k} {v}" for k, v in sorted(model.versions.items())))]
@@ -80,7 +81,7 @@ def response_text(response: Response) -> str:
     """A table of the special points, level by level."""
     parts = [_list(level_facts(response))]
     for head, units, *rows in (point_rows(response), unexplored_rows(response)):
-        parts += [_table([head, units, *rows])] if rows else []
+        parts += [table([head, units, *rows])] if rows else []
     return "\n\n".join(parts)
 
 
@@ -158,8 +159,8 @@ def identification_text(found: Identification) -> str:
         ("evaluations", str(found.evaluations)),
     ]
     parts = [
-        _table([("found", "value", f"+- ({CONFIDENCE:.0%})", "unit"), *values]),
-        _table([("mode", "measured", "fitted", "difference"), ("", hertz, hertz, "%"), *lines]),
+        table([("found", "value", f"+- ({CONFIDENCE:.0%})", "unit"), *values]),
+        table([("mode", "measured", "fitted", "difference"), ("", hertz, hertz, "%"), *lines]),
         _list(facts),
     ]
     if found.rivals:
@@ -179,7 +180,7 @@ def _rivals(found: Identification) -> str:
         )
         for rival in found.rivals
     ]
-    return _table([("odds", "chi^2", "noise %", *found.value, "modes"), *rows])
+    return table([("odds", "chi^2", "noise %", *found.value, "modes"), *rows])
 
 
 def _quality(model: ReducedModel) -> Array:
@@ -207,7 +208,8 @@ def _short(value: Any) -> str:
     return str(value)
 
 
-def _table(rows: Sequence[Sequence[str]]) -> str:
+def table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of cells as lines, columns aligned on the right."""
     widths = [max(len(cell) for cell in column) for column in zip(*rows)]
     return "\n".join(
         "  ".join(cell.rjust(width) for cell, width in zip(row, widths)).rstrip() for row in rows

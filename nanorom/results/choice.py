@@ -175,8 +175,9 @@ def _driven(model: ReducedModel, question: Question) -> list[int]:
         swept = (start <= natural) & (natural <= stop)
         found |= size >= np.where(swept, RESONANT, DRIVEN) * size.max()
     if max(drive.parametric) > 0:
-        for harmonic, pattern in _tones(system.parametric_drive):
-            pumped = max(drive.parametric) * np.diag(pattern) > 2 * damping * natural
+        highest = max(drive.parametric)
+        for harmonic, pattern in _tones(system.parametric_at(highest)):
+            pumped = highest * np.diag(pattern) > 2 * damping * natural
             found |= pumped & (harmonic * start <= 2 * natural) & (2 * natural <= harmonic * stop)
     if not found.any():
         found[0] = True

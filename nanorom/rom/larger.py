@@ -77,6 +77,8 @@ def extended(damping: Damping, places: NDArray[np.intp], count: int) -> Damping:
 
     places (L,): of the model's modes among them.
     """
+    if damping.quality_factor is None:
+        return damping
     given = damping.per_mode(len(places))
     quality = np.full(count, given[-1])
     quality[places] = given

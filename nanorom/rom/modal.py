@@ -74,6 +74,13 @@ class Modal:
         factory=dict,
         metadata=family("L, L", "N/m per unit of the level", "force patterns P: tension, ..."),
     )
+    losses: dict[str, Array] = attrs.field(
+        converter=as_arrays,
+        factory=dict,
+        metadata=family(
+            "L", "1", "1/Q by what takes energy: material, thermoelastic, gas", optional=True
+        ),
+    )
     bending: Array | None = attrs.field(
         converter=as_optional,
         default=None,

@@ -26,6 +26,7 @@ from nanorom.rom.arrays import (
     as_copy,
 )
 from nanorom.rom.coefficients import Coefficient, Coefficients, place
+from nanorom.rom.heat import Heat
 from nanorom.rom.larger import Larger
 from nanorom.rom.modal import Modal
 from nanorom.rom.shapes import Shapes
@@ -56,6 +57,7 @@ class ReducedModel(Modal):
     FORMAT: ClassVar[str] = "nanorom-rom"
     FORMAT_VERSION: ClassVar[int] = 1
 
+    heat: Heat | None = attrs.field(default=None, metadata=part(Heat))
     shapes: Shapes | None = attrs.field(default=None, metadata=part(Shapes))
     larger: Larger | None = attrs.field(default=None, metadata=part(Larger))
     static: dict[str, Array] = attrs.field(
@@ -226,13 +228,13 @@ class ReducedModel(Modal):
         return names.index(mode)
 
     def with_damping(self, damping: Damping) -> ReducedModel:
-        """The model with C = diag(m_r omega_r / Q_r) + tau K_bending and D = tau S.
+        """The model with C = diag(m_r omega_r (1/Q_r + losses)) + tau K_bending and D = tau S.
 
-        Raises ModelError for a viscous material if the model does not know its bending and
-        stretching (S) apart.
+        Raises ModelError for a viscous material whose bending and stretching S are not known apart.
         """
-        quality, time = np.array(damping.per_mode(self.size)), damping.material_time
-        linear = np.diag(self.mass * 2 * np.pi * self.frequency / quality)
+        inverse = 1 / np.array(damping.per_mode(self.size)) + sum(self.losses.values())
+        linear = np.diag(self.mass * 2 * np.pi * self.frequency * inverse)
+        time = damping.material_time
         if time == 0:
             return attrs.evolve(self, damping=linear, cubic_damping=None)
         if self.bending is None or self.stretching is None:

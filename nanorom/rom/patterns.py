@@ -15,16 +15,19 @@ import attrs
 import numpy as np
 
 from nanorom.errors import AccuracyWarning, ModelError, SceneError
+from nanorom.rom.heat import heated
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.shapes import Shapes
 from nanorom.scene import fields as v
 from nanorom.scene.drive import Drive
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
-from nanorom.scene.patterns.pattern import Areal, Pattern, VirtualWork
+from nanorom.scene.patterns.gate import GateForce
+from nanorom.scene.patterns.pattern import NO_GATE, Areal, Pattern, VirtualWork
 from nanorom.types import Array
 
 if TYPE_CHECKING:
-    from nanorom.continuation import ModalSystem
+    from nanorom.continuation import Drive as Term
+    from nanorom.continuation import FirstOrder, ModalSystem
 
 
 class ModalWork(VirtualWork[Array, Array]):
@@ -92,10 +95,16 @@ def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dic
     Those that need no aim, the parametric ones beside the first direct one, and those of the
     drive.  Raises SceneError for a place beside the film.  Collective where the work is.
     """
-    direct = {name: kind().force(work) for name, kind in DIRECT.items() if not kind.aimed()}
+
+    def one_and_the_same(kind: type[Pattern]) -> bool:
+        return not kind.aimed() and (kind.everywhere or work.gated)
+
+    direct = {name: kind().force(work) for name, kind in DIRECT.items() if one_and_the_same(kind)}
     usual = next(iter(direct.values()))
     parametric = {
-        name: kind().stiffness(work, usual) for name, kind in PARAMETRIC.items() if not kind.aimed()
+        name: kind().stiffness(work, usual)
+        for name, kind in PARAMETRIC.items()
+        if one_and_the_same(kind)
     }
     if drive is not None and drive.pattern.aimed():
         direct[drive.direct_pattern] = drive.pattern.force(work)
@@ -106,28 +115,68 @@ def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dic
 
 
 def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSystem:
-    """The modal equations under a drive of a scene, aimed before, with its harmonics."""
-    from nanorom.continuation import Drive as Term
+    """The modal equations under a drive of a scene, aimed before, with its harmonics.
 
+    Raises ModelError for a gate or a laser that the model was not reduced with.
+    """
+    if drive.voltage is not None and GateForce.name not in model.drive:
+        raise ModelError(NO_GATE)
+    if drive.laser is not None:
+        model = _warmed(model, drive)
     system = model.system(drive.direct_pattern, drive.parametric_pattern, damped)
-    if drive.harmonics is None:
+    terms = _terms(model, drive, system.direct, system.parametric)
+    if terms is None:
         return system
-    terms = [
-        Term(
-            each.harmonic,
-            each.phase,
-            direct=each.direct * system.direct,
-            parametric=each.parametric * system.parametric,
-        )
-        for each in drive.harmonics
-    ]
     return attrs.evolve(
         system,
         direct=np.zeros_like(system.direct),
         parametric=np.zeros_like(system.parametric),
         drives=terms,
+        states=_states(model) if drive.laser is not None else None,
         damped=damped,
     )
+
+
+def _terms(model: ReducedModel, drive: Drive, j: Array, p: Array) -> list[Term] | None:
+    """Harmonics of a drive of patterns J (L,) and P (L, L); None for cos(omega t) alone."""
+    from nanorom.continuation import Drive as Term
+
+    if drive.voltage is not None:
+        # half of (V + v cos)^2 - V^2, by powers of the level v
+        load = v.parse_toml(model.scene).get("load", {})
+        constant = v.read_quantity(load.get("voltage", 0.0), "V", "load.voltage")
+        return [
+            Term(k, direct=factor * j, parametric=factor * p, power=power)
+            for k, factor, power in ((0, 0.25, 2), (1, constant, 1), (2, 0.25, 2))
+        ]
+    if drive.laser is not None:
+        assert model.heat is not None
+        return [Term(1, direct=j, states=model.heat.feed)]
+    if drive.harmonics is None:
+        return None
+    return [
+        Term(each.harmonic, each.phase, direct=each.direct * j, parametric=each.parametric * p)
+        for each in drive.harmonics
+    ]
+
+
+def _warmed(model: ReducedModel, drive: Drive) -> ReducedModel:
+    """The model about the state that the mean power of a laser makes; raises ModelError."""
+    if model.heat is None:
+        raise ModelError(
+            "drive.laser: the model knows no heat; reduce a scene that has drive.laser"
+        )
+    given = model.stiffness, model.quadratic, model.cubic_of(), model.heat
+    stiffness, quadratic = heated(*given, float(drive.power))
+    return attrs.evolve(model, stiffness=stiffness, quadratic=quadratic)
+
+
+def _states(model: ReducedModel) -> FirstOrder:
+    from nanorom.continuation import FirstOrder
+
+    heat = model.heat
+    assert heat is not None
+    return FirstOrder(heat.rate, force=heat.force, stiffness=heat.stiffness)
 
 
 def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:
@@ -139,6 +188,11 @@ def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:
     if not missing:
         return model
     key = f"drive.{missing[0].keys()[0]}"
+    if drive.laser is not None:
+        raise ModelError(
+            f"{key}: the model was reduced without this laser; reduce a scene with its position, "
+            "radius, power and absorption"
+        )
     if model.shapes is None:
         raise ModelError(f"{key}: the model has no mode shapes to aim at")
     work = DrawnWork(model.shapes)

@@ -10,12 +10,19 @@ import attrs
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene.patterns import DIRECT, KEYS, PARAMETRIC
+from nanorom.scene.patterns.gate import GateForce, GateStiffness
+from nanorom.scene.patterns.laser import Laser
 from nanorom.scene.patterns.pattern import DirectPattern, ParametricPattern, Pattern
 from nanorom.scene.waves import ALLOWED, Harmonic, as_harmonics, read_harmonics
 from nanorom.types import Array
 
 Kind = TypeVar("Kind", bound=Pattern)
 
+# keys that give levels, and the patterns that they bring
+SOURCES: dict[str, dict[str, type[Pattern]]] = {
+    "voltage": {"direct": GateForce, "parametric": GateStiffness},
+    "laser": {"direct": Laser},
+}
 MOST_LEVELS = 100
 LEVELS = f"one or a list of up to {MOST_LEVELS}, 0 or more, in the unit of the pattern"
 
@@ -49,6 +56,9 @@ class Drive:
         within a ``radius`` in m.
     parametric: levels of ``parametric_pattern``: "tension" in N/m, "paper" in Pa/m.
     harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
+    voltage: amplitude in V on the gate that attracts the film, in the place of all of these; laser:
+    that in W of the light that heats it, in a spot, about a mean ``power`` in W of which the film
+    takes the share ``absorption``.
     Further keys are those of the patterns, declared by them.
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.
@@ -99,6 +109,31 @@ class Drive:
         ),
     )
 
+    voltage: tuple[float, ...] | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantities,
+        metadata=v.custom(
+            "drive.voltage",
+            lambda value: _levels(value, "V", "drive.voltage"),
+            allowed=f"one or a list of up to {MOST_LEVELS}, 0 or more",
+            about="amplitude v of V + v cos(omega t) on the gate of [load], level by level; the "
+            "keys above are then left out",
+            unit="V",
+        ),
+    )
+
+    laser: tuple[float, ...] | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantities,
+        metadata=v.custom(
+            "drive.laser",
+            lambda value: _levels(value, "W", "drive.laser"),
+            allowed=f"one or a list of up to {MOST_LEVELS}, 0 or more",
+            about="amplitude P1 of a laser's power P0 + P1 cos(omega t), in the same way",
+            unit="W",
+        ),
+    )
+
     if TYPE_CHECKING:  # keys of patterns are known when they are collected
 
         def __init__(
@@ -108,16 +143,24 @@ class Drive:
             direct_pattern: str = "pressure",
             parametric_pattern: str = "tension",
             harmonics: Any = None,
+            voltage: v.Quantity | Sequence[v.Quantity] | Array | None = None,
+            laser: v.Quantity | Sequence[v.Quantity] | Array | None = None,
             **keys: Any,
         ) -> None: ...
 
         def __getattr__(self, key: str) -> Any: ...
 
     def __attrs_post_init__(self) -> None:
+        self._take_source()
         for name, unit in zip(("direct", "parametric"), self.units):
             levels = _levels(getattr(self, name), unit, f"drive.{name}")
             object.__setattr__(self, name, levels)
         self._check_keys()
+        if self.laser is not None and max(self.laser) > self.power:
+            raise SceneError(
+                f"drive.laser: found {max(self.laser):g} W; allowed: at most drive.power, "
+                f"{self.power:g} W, as light has no negative power"
+            )
         self._check_harmonics()
         n_direct, n_parametric = len(self.direct), len(self.parametric)
         if n_direct != n_parametric and min(n_direct, n_parametric) > 1:
@@ -130,6 +173,35 @@ class Drive:
                 "drive: a level has neither direct nor parametric drive; "
                 "allowed: drive.direct or drive.parametric greater than 0 at every level"
             )
+
+    def _take_source(self) -> None:
+        """Levels and patterns of a voltage or a laser; raises SceneError for others beside it."""
+        source, chosen = self.source, (self.direct_pattern, self.parametric_pattern)
+        for name, brought in SOURCES.items():
+            for pattern in brought.values():
+                if pattern.name in chosen and source != name:
+                    raise SceneError(
+                        f'drive.{name}: missing; it is what brings the pattern "{pattern.name}"'
+                    )
+        if source is None:
+            return
+        made: dict[str, Any] = {}
+        for name, pattern in SOURCES[source].items():
+            made |= {name: getattr(self, source), f"{name}_pattern": pattern.name}
+        section: Any = type(self)
+        for name, field in attrs.fields_dict(section).items():
+            given = getattr(self, name)
+            given = tuple(given) if v.is_list(given) else given
+            usual = field.default, (field.default,), made.get(name)
+            if name not in (source, *KEYS) and given not in usual:
+                raise SceneError(f"drive.{name}: found beside drive.{source}; allowed: that alone")
+        for name, value in made.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def source(self) -> str | None:
+        """Which of `SOURCES` gives the levels; None where they are given themselves."""
+        return next((name for name in SOURCES if getattr(self, name) is not None), None)
 
     def _check_keys(self) -> None:
         """Keys are given where one of the two patterns needs them, and nowhere else."""

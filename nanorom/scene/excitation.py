@@ -6,6 +6,7 @@ F(t, q) = (direct * J + parametric * P q) cos(omega t), with patterns J and P of
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -25,15 +26,19 @@ DEEPEST = 5
 class Damping:
     """Quality factor and viscosity of the material.
 
-    quality_factor: a number, one for all modes or one per mode (L,).
+    quality_factor: a number, one for all modes or one per mode (L,); None where all that damps is
+    known: losses of the film, which add to it.
     material_time: relaxation time tau in s of a Kelvin-Voigt material, stress C:(1 + tau d/dt)E;
     it damps bending beside the quality factor, and stretching, which is nonlinear damping.
     """
 
-    quality_factor: tuple[float, ...] = attrs.field(
-        converter=v.as_quantities,
+    quality_factor: tuple[float, ...] | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantities,
         metadata=v.quantities(
-            "damping.quality_factor", "1", about="quality factor, one for all modes or one per mode"
+            "damping.quality_factor",
+            "1",
+            about="quality factor beside the film's losses, one for all modes or one per mode",
         ),
     )
     material_time: float = attrs.field(
@@ -47,8 +52,18 @@ class Damping:
         ),
     )
 
+    @property
+    def idle(self) -> bool:
+        """Nothing in it damps."""
+        return self.quality_factor is None and self.material_time == 0.0
+
     def per_mode(self, count: int) -> tuple[float, ...]:
-        """One quality factor for each mode; raises SceneError if the list has another length."""
+        """One quality factor for each mode; raises SceneError if the list has another length.
+
+        Infinity where there is none.
+        """
+        if self.quality_factor is None:
+            return (math.inf,) * count
         if len(self.quality_factor) == 1:
             return self.quality_factor * count
         if len(self.quality_factor) != count:
@@ -184,7 +199,12 @@ class Excitation:
         for name in ("drive", "sweep"):
             if name not in document:
                 raise SceneError(f"{name}: missing section [{name}]")
-        return cls(**{name: v.from_table(classes[name], name, t) for name, t in document.items()})
+        found = {name: v.from_table(classes[name], name, t) for name, t in document.items()}
+        if "damping" in found and found["damping"].idle:
+            raise SceneError(
+                "damping.quality_factor: missing; leave out [damping] for a model's own damping"
+            )
+        return cls(**found)
 
     def to_toml(self) -> str:
         """The sections as TOML in SI numbers; reading it gives an equal object."""

@@ -27,6 +27,8 @@ POSITIVE: Limit = ("greater than 0", lambda x: x > 0)
 NOT_NEGATIVE: Limit = ("0 or more", lambda x: x >= 0)
 ANY: Limit = ("any", lambda x: True)
 
+OPTIONAL = {"optional": True}  # metadata of a field that may be None, whatever its default
+TABLES = "tables"  # key of a field's metadata: the name of its array of tables
 READER = "read"  # key of a field's metadata: the function that checks what is given
 LARGEST_FILE = 1_000_000  # bytes of a TOML file; a larger one is something else
 
@@ -51,6 +53,14 @@ def read_quantities(value: Any, unit: str, key: str, limit: Limit = ANY) -> tupl
     if len(value) == 0:
         raise wrong(key, list(value), "at least one value")
     return tuple(read_quantity(v, unit, f"{key}[{n}]", limit) for n, v in enumerate(value, 1))
+
+
+def read_place(value: Any, key: str) -> tuple[float, float]:
+    """A list of x and y in m; raises SceneError."""
+    if not is_list(value) or len(value) != 2:
+        raise wrong(key, value, "a list of two lengths, x and y")
+    x, y = (read_quantity(each, "m", key) for each in value)
+    return x, y
 
 
 def read_integer(value: Any, key: str, low: int, high: int) -> int:
@@ -153,6 +163,11 @@ def quantities(key: str, unit: str, limit: Limit = POSITIVE, about: str = "") ->
     return _metadata(key, lambda v: read_quantities(v, unit, key, limit), allowed, about, unit)
 
 
+def place(key: str, about: str = "") -> dict[str, Any]:
+    """Metadata of a field: x and y in m."""
+    return _metadata(key, lambda v: read_place(v, key), "a list of two lengths", about)
+
+
 def integer(key: str, low: int, high: int, about: str = "") -> dict[str, Any]:
     """Metadata of a field: an integer from low to high."""
     return _metadata(key, lambda v: read_integer(v, key, low, high), f"{low} to {high}", about)
@@ -177,17 +192,16 @@ def custom(
 def readers(cls: type, fields: list[Any]) -> list[Any]:
     """Transformer of the fields of a class: each gets the reader that its metadata hold.
 
-    A field whose default is None may be None.  The converters that the class names say only what
-    may be given, so that type checkers know.
+    A field whose default is None, and one that is `OPTIONAL`, may be None.  The converters that the
+    class names say only what may be given, so that type checkers know.
     """
     return [_with_reader(field) if READER in field.metadata else field for field in fields]
 
 
 def _with_reader(field: Any) -> Any:
     read = field.metadata[READER]
-    return field.evolve(
-        converter=attrs.converters.optional(read) if field.default is None else read
-    )
+    optional = field.default is None or field.metadata.get("optional")
+    return field.evolve(converter=attrs.converters.optional(read) if optional else read)
 
 
 def _metadata(
@@ -264,11 +278,18 @@ def read_text(path: Path) -> str:
 
 
 def to_tables(parts: Any) -> str:
-    """TOML of an object whose fields are sections; those at None are left out."""
-    sections = {field.name: getattr(parts, field.name) for field in attrs.fields(type(parts))}
-    return "\n".join(
-        f"[{name}]\n{to_table(section)}\n" for name, section in sections.items() if section
-    )
+    """TOML of an object whose fields are sections; those at None are left out.
+
+    A tuple of sections is an array of tables, under the key that its field's metadata name.
+    """
+    lines = []
+    for field in attrs.fields(type(parts)):
+        section = getattr(parts, field.name)
+        if isinstance(section, tuple):
+            lines += [f"[[{field.metadata[TABLES]}]]\n{to_table(each)}\n" for each in section]
+        elif section is not None:
+            lines.append(f"[{field.name}]\n{to_table(section)}\n")
+    return "\n".join(lines)
 
 
 def to_table(section: Any) -> str:

@@ -1,4 +1,4 @@
-"""The film: thickness, material, tension and how its edge is held."""
+"""The film: thickness, model, shape and tension."""
 
 from __future__ import annotations
 
@@ -93,25 +93,6 @@ class Plate:
     def rules(self) -> Model:
         """What the model means for the rest of a scene."""
         return MODELS[self.model]
-
-
-@attrs.frozen(field_transformer=v.readers)
-class Material:
-    """Isotropic linear elastic material: youngs_modulus in Pa, poisson_ratio, density in kg/m^3."""
-
-    youngs_modulus: float = attrs.field(
-        converter=v.as_quantity,
-        metadata=v.quantity("material.youngs_modulus", "Pa", about="Young's modulus E"),
-    )
-    poisson_ratio: float = attrs.field(
-        converter=v.as_quantity,
-        metadata=v.quantity(
-            "material.poisson_ratio", "1", v.within(-1, 0.5), about="Poisson's ratio"
-        ),
-    )
-    density: float = attrs.field(
-        converter=v.as_quantity, metadata=v.quantity("material.density", "kg/m^3", about="density")
-    )
 
 
 @attrs.frozen(field_transformer=v.readers)

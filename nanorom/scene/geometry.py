@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -23,6 +24,10 @@ class Disc:
         converter=v.as_quantity, metadata=v.quantity("geometry.radius", "m", about="of the disc")
     )
 
+    def holds(self, place: tuple[float, float], radius: float = 0.0) -> bool:
+        """Whether a disc of a radius about a place is on the film; in m."""
+        return math.hypot(*place) + radius <= self.radius
+
 
 @attrs.frozen(field_transformer=v.readers)
 class Rectangle:
@@ -37,6 +42,11 @@ class Rectangle:
         converter=v.as_quantity,
         metadata=v.quantity("geometry.width", "m", about="along y; of a string at most its length"),
     )
+
+    def holds(self, place: tuple[float, float], radius: float = 0.0) -> bool:
+        """Whether a disc of a radius about a place is on the film; in m."""
+        x, y = (abs(each) + radius for each in place)
+        return 2 * x <= self.length and 2 * y <= self.width
 
 
 @attrs.frozen(field_transformer=v.readers)

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import attrs
 
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
-from nanorom.scene import units
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
-
-
-def _position(value: Any) -> tuple[float, float]:
-    if not v.is_list(value) or len(value) != 2:
-        raise units.wrong("load.position", value, "a list of two lengths, x and y")
-    x, y = (v.read_quantity(each, "m", "load.position") for each in value)
-    return x, y
 
 
 @attrs.frozen(field_transformer=v.readers)
@@ -54,12 +44,7 @@ class Load:
     position: tuple[float, float] = attrs.field(
         default=(0.0, 0.0),
         converter=v.as_quantities,
-        metadata=v.custom(
-            "load.position",
-            _position,
-            allowed="a list of two lengths",
-            about="x and y of the force in m",
-        ),
+        metadata=v.place("load.position", about="x and y of the force in m"),
     )
     radius: float = attrs.field(
         default=0.0,

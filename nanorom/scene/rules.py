@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
+from nanorom.scene.geometry import MeshFile
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
 
@@ -26,6 +27,8 @@ def check_film(scene: Scene) -> None:
         raise SceneError(
             f"tension: found {found} N/m; allowed: greater than 0 in every direction for a {model}"
         )
+    _check_material(scene)
+    _check_masses(scene)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
@@ -51,6 +54,70 @@ def check_film(scene: Scene) -> None:
             f"support.rotational: found beside plate.model = {model}, which has no bending "
             "stiffness to turn it; allowed: a transverse spring"
         )
+
+
+def check_source(scene: Scene) -> None:
+    """Raise SceneError for a drive whose source the film does not feel."""
+    drive, load = scene.drive, scene.load
+    if drive is None:
+        return
+    if drive.voltage is not None and (load is None or load.gap is None):
+        raise SceneError(
+            "drive.voltage: found without a gate; allowed beside load.gap and load.voltage"
+        )
+    if drive.laser is None:
+        return
+    if not scene.material.thermal:
+        raise SceneError(
+            "drive.laser: found for a material whose heat is not known; allowed beside "
+            "material.expansion, conductivity and specific_heat"
+        )
+    if not (scene.plate.rules.planar and scene.plate.rules.shallow):
+        raise SceneError(
+            f"drive.laser: found beside plate.model = {scene.plate.model}; allowed: plate, membrane"
+        )
+    geometry = scene.geometry
+    if not isinstance(geometry, MeshFile) and not geometry.holds(drive.position):
+        x, y = drive.position
+        raise SceneError(
+            f"drive.position: found ({x:g}, {y:g}) m; allowed: on the {geometry.shape}"
+        )
+
+
+def _check_material(scene: Scene) -> None:
+    """What a model of the film does not know of a material."""
+    model, rules = scene.plate.model, scene.plate.rules
+    material = scene.material
+    bends = rules.bends is not False
+    told = {
+        "material.shear_modulus": (material.crystalline, rules.planar, "plate or membrane"),
+        "material.bending": (material.bending is not None, rules.planar and bends, "plate"),
+        "material.loss": (material.loss > 0, rules.shallow and bends, "plate or beam"),
+        "material.expansion": (material.thermal, rules.shallow, "any other"),
+        "gas": (scene.gas is not None, rules.shallow, "any other"),
+    }
+    for key, (given, known, allowed) in told.items():
+        if given and not known:
+            raise SceneError(f"{key}: found beside plate.model = {model}; allowed: {allowed}")
+
+
+def _check_masses(scene: Scene) -> None:
+    """Masses that are not on the film, or on one that does not bear them."""
+    model, rules, geometry = scene.plate.model, scene.plate.rules, scene.geometry
+    for mass in scene.masses:
+        if not (rules.planar and rules.shallow):
+            raise SceneError(f"mass: found beside plate.model = {model}; allowed: plate, membrane")
+        if mass.radius == 0 and rules.bends is False:
+            raise SceneError(
+                f"mass.radius: found 0 beside plate.model = {model}, which does not bear a point "
+                "mass; allowed: greater than 0, or plate.model = plate"
+            )
+        if not isinstance(geometry, MeshFile) and not geometry.holds(mass.position, mass.radius):
+            x, y = mass.position
+            raise SceneError(
+                f"mass.position: found ({x:g}, {y:g}) m with radius {mass.radius:g} m; allowed: on "
+                f"the {geometry.shape}"
+            )
 
 
 def _check_free(scene: Scene, in_plane: bool) -> None:

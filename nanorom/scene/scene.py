@@ -27,7 +27,7 @@ from nanorom.scene import fields as v
 from nanorom.scene import units
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep, check_complete
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import (
     Disc,
     Geometry,
@@ -36,9 +36,12 @@ from nanorom.scene.geometry import (
     String,
     read_geometry,
 )
+from nanorom.scene.layers import Stack
 from nanorom.scene.load import Load
+from nanorom.scene.mass import AddedMass
+from nanorom.scene.material import Gas, Material
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
-from nanorom.scene.rules import check_film
+from nanorom.scene.rules import check_film, check_source
 from nanorom.scene.support import (
     STRING_ENDS,
     Edge,
@@ -51,10 +54,12 @@ from nanorom.scene.support import (
 __all__ = [
     "MOST_MODES",
     "Accuracy",
+    "AddedMass",
     "Damping",
     "Disc",
     "Drive",
     "Edge",
+    "Gas",
     "Load",
     "Material",
     "MeshFile",
@@ -84,6 +89,18 @@ def _section(key: str, kind: Any) -> dict[str, Any]:
     return {v.READER: check}
 
 
+def _sections(name: str, kind: type) -> dict[str, Any]:
+    """Metadata of a field of a scene that holds several sections [[name]]."""
+
+    def check(value: Any) -> Any:
+        for each in value if v.is_list(value) else (value,):
+            if not isinstance(each, kind):
+                raise units.wrong(name, each, f"objects of class {kind.__name__}")
+        return tuple(value) if v.is_list(value) else (value,)
+
+    return {v.READER: check, v.TABLES: name}
+
+
 class _Loaded(type):
     """`Scene.load(path)` reads a file, although ``load`` of a scene is its section [load]."""
 
@@ -108,14 +125,20 @@ class Scene(metaclass=_Loaded):
         default=Reduction(), metadata=_section("reduction", Reduction)
     )
     accuracy: Accuracy = attrs.field(default=Accuracy(), metadata=_section("accuracy", Accuracy))
+    masses: tuple[AddedMass, ...] = attrs.field(default=(), metadata=_sections("mass", AddedMass))
     load: Load | None = attrs.field(default=None, metadata=_section("load", Load))
-    damping: Damping | None = attrs.field(default=None, metadata=_section("damping", Damping))
+    gas: Gas | None = attrs.field(default=None, metadata=_section("gas", Gas))
+    damping: Damping | None = attrs.field(metadata=_section("damping", Damping) | v.OPTIONAL)
     drive: Drive | None = attrs.field(default=None, metadata=_section("drive", Drive))
     sweep: Sweep | None = attrs.field(default=None, metadata=_section("sweep", Sweep))
 
     @support.default
     def _usual_support(self) -> Support:
         return STRING_ENDS if isinstance(self.geometry, String) else Support()
+
+    @damping.default
+    def _damped_by_losses(self) -> Damping | None:
+        return Damping() if self.lossy else None
 
     def __attrs_post_init__(self) -> None:
         sides = self.geometry.sides
@@ -142,7 +165,15 @@ class Scene(metaclass=_Loaded):
                 "reduction.in_plane: found fixed for a film that is not flat; allowed: free, as "
                 "such a film moves in its plane already in its linear modes"
             )
+        if self.damping is not None and self.damping.idle and not self.lossy:
+            if self.drive is not None or self.sweep is not None:
+                raise SceneError(
+                    "damping.quality_factor: missing; allowed: one for all modes or one per mode, "
+                    "or none beside material.loss, material.expansion or [gas]"
+                )
+            object.__setattr__(self, "damping", None)
         check_complete(self.damping, self.drive, self.sweep)
+        check_source(self)
 
     def _check_automatic(self) -> None:
         """Raise SceneError if there is no response that could choose the modes."""
@@ -153,9 +184,10 @@ class Scene(metaclass=_Loaded):
                     "[drive] and [sweep], whose response asks for modes, or a count"
                 )
         assert self.damping is not None
-        if len(self.damping.quality_factor) > 1:
+        given = self.damping.quality_factor or ()
+        if len(given) > 1:
             raise SceneError(
-                f"damping.quality_factor: found {len(self.damping.quality_factor)} values beside "
+                f"damping.quality_factor: found {len(given)} values beside "
                 "modes.count = auto; allowed: one for all modes"
             )
         if not self.plate.rules.larger:
@@ -168,6 +200,16 @@ class Scene(metaclass=_Loaded):
     def flat(self) -> bool:
         """Neither a load nor an initial shape takes the film out of its plane."""
         return self.load is None and self.plate.initial_shape is None
+
+    @property
+    def lossy(self) -> bool:
+        """The film's material or the gas about it damps every mode."""
+        return self.bends_with_loss or self.gas is not None
+
+    @property
+    def bends_with_loss(self) -> bool:
+        """Bending takes energy out of every mode."""
+        return self.material.lossy and self.plate.bends is not False
 
     @property
     def supports(self) -> dict[str, Kind]:
@@ -199,32 +241,45 @@ class Scene(metaclass=_Loaded):
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
         """Read a scene from nested dictionaries as TOML gives them; raises SceneError."""
-        sections = [field.name for field in attrs.fields(cls)]
+        stack, document = Stack.taken(document)
+        keys = {f.metadata.get(v.TABLES, f.name): f for f in attrs.fields(cls)}
         for name, table in document.items():
-            if name not in sections:
-                hint = v.did_you_mean(name, sections)
-                raise SceneError(f"{name}: unknown section{hint}; allowed: {', '.join(sections)}")
-            if not isinstance(table, Mapping):
+            if name not in keys:
+                hint = v.did_you_mean(name, keys)
+                raise SceneError(
+                    f"{name}: unknown section{hint}; allowed: {', '.join([*keys, 'layer'])}"
+                )
+            several = v.TABLES in keys[name].metadata
+            if several and not isinstance(table, list):
+                raise units.wrong(name, table, f"tables [[{name}]]")
+            if not several and not isinstance(table, Mapping):
                 raise units.wrong(name, table, f"a table [{name}]")
-        for name in ("geometry", "plate", "material", "modes"):
+        for name in ("geometry", "modes") if stack else ("geometry", "plate", "material", "modes"):
             if name not in document:
                 raise SceneError(f"{name}: missing section [{name}]")
-        plate = document["plate"]
-        if isinstance(plate.get("initial_shape"), str) and plate["initial_shape"]:
-            path = str(Path(directory) / plate["initial_shape"])
-            document = {**document, "plate": {**plate, "initial_shape": path}}
-        given: dict[str, Any] = {}
+        table = dict(document.pop("plate", {}))
+        if isinstance(table.get("initial_shape"), str) and table["initial_shape"]:
+            table["initial_shape"] = str(Path(directory) / table["initial_shape"])
+        plate = stack.plate(table) if stack else v.from_table(Plate, "plate", table)
+        given: dict[str, Any] = {"plate": plate, **(stack.film() if stack else {})}
         for name, table in document.items():
             if name == "geometry":
                 given[name] = read_geometry(table, Path(directory))
             elif name == "tension":
-                plate = v.from_table(Plate, "plate", document["plate"])
                 given[name] = Tension.from_table(table, plate)
+            elif name == "material":
+                given[name] = Material.from_table(table, plate)
             elif name == "support":
                 given[name] = Support.from_table(table)
+            elif isinstance(table, list):
+                read = [v.from_table(_CLASSES[name], name, each) for each in table]
+                given[keys[name].name] = tuple(read)
             else:
                 given[name] = v.from_table(_CLASSES[name], name, table)
-        return cls(**given)
+        scene = cls(**given)
+        if stack:
+            stack.check(scene.supports.values())
+        return scene
 
     def with_(
         self,
@@ -241,7 +296,7 @@ class Scene(metaclass=_Loaded):
         """A copy with some settings or whole sections changed, validated anew.
 
         ``modes`` is a count or a list of mode numbers; ``degree`` and ``mesh_size`` take the
-        place of a tolerance and the other way round.
+        place of a tolerance and the other way round.  Raises SceneError.
         """
         reduction = {"method": method, "in_plane": in_plane, "solver": solver}
         changes = {name: value for name, value in reduction.items() if value is not None}
@@ -268,12 +323,12 @@ class Scene(metaclass=_Loaded):
 
 
 _CLASSES: dict[str, Any] = {
-    "plate": Plate,
-    "material": Material,
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,
+    "mass": AddedMass,
     "load": Load,
+    "gas": Gas,
     "damping": Damping,
     "drive": Drive,
     "sweep": Sweep,

@@ -27,6 +27,14 @@ MEANINGS = {
     "Hz": ("a frequency", "20 MHz"),
     "rad": ("an angle", "90 deg"),
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
+    "J": ("a bending stiffness", "1.5 eV"),
+    "W": ("a power", "1 mW"),
+    "kg": ("a mass", "1 fg"),
+    "K": ("a temperature", "293 K"),
+    "1/K": ("an expansion", "2.3e-6 1/K"),
+    "W/m/K": ("a conductivity", "3 W/m/K"),
+    "J/kg/K": ("a specific heat", "700 J/kg/K"),
+    "kg/mol": ("a molar mass", "4 g/mol"),
 }
 
 PREFIXES = {

@@ -12,11 +12,12 @@ import scipy.sparse as sp
 
 from nanorom.errors import SceneError
 from nanorom.fem.fields import membrane, quadrature
+from nanorom.fem.models import operators
 from nanorom.fem.models.operators import ClassStiffness, free_deflections
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.output.model import modal_products
 from nanorom.fem.plan import Plan
-from nanorom.fem.routes.methods import viscous
+from nanorom.fem.routes.methods import lost, viscous
 from nanorom.fem.routes.plate import Solution, solve
 from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.scales import Scales
@@ -54,6 +55,7 @@ class Film:
     discrete: DiscreteFilm
     pieces: _Pieces
     modal: dict[str, Array]
+    losses: dict[str, Array]
     inside: np.ndarray
 
     @property
@@ -68,12 +70,15 @@ class Film:
 
     @property
     def quality(self) -> Array:
-        """Quality factor (N,) of each named mode: outside the model that of its highest."""
+        """Quality factor (N,) of each named mode, by the film's losses and what the scene gives.
+
+        Outside the model the latter is that of its highest mode.
+        """
         assert self.scene.damping is not None
         given = self.scene.damping.per_mode(len(self.inside))
         found = np.full(len(self.parities), given[-1])
         found[self.inside] = given
-        return found
+        return np.asarray(1 / (1 / found + sum(self.losses.values())))
 
     @property
     def time(self) -> float:
@@ -127,8 +132,8 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
     pieces = _Pieces.of(plate)
     held = scene.reduction.in_plane == "fixed"
     discrete = _discrete(plate, pieces, held)
-    modal = _modal(wide, plan.scales, solution)
-    return Film(scene, plan.scales, units, solution, discrete, pieces, modal, inside)
+    modal, losses = _modal(wide, plan.scales, solution)
+    return Film(scene, plan.scales, units, solution, discrete, pieces, modal, losses, inside)
 
 
 def check(scene: Scene) -> None:
@@ -157,7 +162,10 @@ def _check_edges(scene: Scene) -> None:
         )
 
 
-def _modal(scene: Scene, scales: Scales, solution: Solution) -> dict[str, Array]:
+def _modal(
+    scene: Scene, scales: Scales, solution: Solution
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Matrices and tensors of the named modes, and their losses."""
     products = modal_products(solution.modes)
     found = {
         "mass": scales.mass * products.mass,
@@ -166,7 +174,8 @@ def _modal(scene: Scene, scales: Scales, solution: Solution) -> dict[str, Array]
         "cubic": solution.force.cubic,
         "slope": products.slope,
     }
-    return found | viscous(scene, scales, solution.modes)
+    losses = lost(scene, scales, solution.modes, products, solution.force.stretching)
+    return found | viscous(scene, scales, solution.modes), losses
 
 
 def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:
@@ -184,7 +193,7 @@ def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:
         tables=tables,
         free={p: free_deflections(plate, p).local for p in plate.mirrors.classes},
         in_plane={} if held else _InPlane(pieces),
-        nu=plate.stiffness.poisson_ratio,
+        law=np.array(plate.stiffness.law),
         even=plate.mirrors.even,
         shape=None if shape is None else shape.x.array.copy(),
         gate=None if gate is None else Gate(float(gate.gap), float(gate.strength)),
@@ -226,7 +235,7 @@ class _Pieces:
 
     @classmethod
     def of(cls, plate: Plate) -> _Pieces:
-        mass = algebra.assemble(plate.compiled(plate.mass_form))
+        mass = operators.mass(plate)
         in_plane = algebra.assemble(plate.compiled(plate.in_plane_form))
         found = cls(plate, _csr(mass), _csr(in_plane), ClassStiffness(plate))
         mass.destroy()
@@ -250,8 +259,8 @@ class _Pieces:
             rows = membrane.free_dofs(self.plate, parity).local
             held = not film.discrete.in_plane
             assert film.discrete.shape is not None
-            tables, nu = film.discrete.tables, film.discrete.nu
-            whole = stretching(tables, film.discrete.shape, nu, free, rows, held)
+            tables, law = film.discrete.tables, film.discrete.law
+            whole = stretching(tables, film.discrete.shape, law, free, rows, held)
             extra = whole.shape[0] - len(free)
             padding = sp.csc_matrix((extra, extra))
             total = whole + sp.block_diag([total, padding], format="csc")

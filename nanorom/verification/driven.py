@@ -25,6 +25,11 @@ class DrivenFilm:
                 "drive.harmonics: found some; allowed: none, for orbits of the film are those of "
                 "cos(omega t) alone"
             )
+        if drive.source is not None:
+            raise SceneError(
+                f"drive.{drive.source}: orbits of the film do not know it; allowed: levels of "
+                "other patterns"
+            )
         self.film, self.drive = film, drive
         self.direct, self.parametric = direct, parametric
         self._modulation: dict[Parity, Any] = {}

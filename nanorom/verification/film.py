@@ -107,14 +107,14 @@ class DiscreteFilm:
 
     free : rows of the deflection, by class; in_plane : free unrolled rows and factors of the
     in-plane stiffness, by class of the strain, empty where the in-plane displacement is held.
-    shape (nodes,) : height of the static state, None where it is flat; nu : Poisson's ratio.
+    shape (nodes,) : height of the static state, None where it is flat; law (3, 3) : stress per E h.
     even : the class that every mirror leaves as it is.
     """
 
     tables: Tables
     free: Mapping[Parity, np.ndarray]
     in_plane: Mapping[Parity, tuple[np.ndarray, Factors]]
-    nu: float
+    law: Array
     even: Parity
     shape: Array | None = None
     gate: Gate | None = None
@@ -221,13 +221,7 @@ class DiscreteFilm:
 
     def stress(self, strain: Array) -> Array:
         """C:E (3, ...) of strains (3, ...), per E h."""
-        xx, yy, xy = strain
-        scale = 1.0 / (1.0 - self.nu**2)
-        found = np.empty_like(strain)
-        np.multiply(scale, xx + self.nu * yy, out=found[0])
-        np.multiply(scale, yy + self.nu * xx, out=found[1])
-        np.multiply(scale * (1.0 - self.nu), xy, out=found[2])
-        return found
+        return np.tensordot(self.law * [1.0, 1.0, 2.0], strain, axes=1)
 
     def _work(self, classes: Classes, traction: Array) -> list[Array]:
         """int t . grad v by class (free, m) of tractions (images, 2, c, q, m)."""

@@ -122,7 +122,7 @@ def beyond(dynamics: ClassDynamics, values: Array, modes: Array) -> tuple[Array,
 
 
 def stretching(
-    tables: Tables, shape: Array, nu: float, free: np.ndarray, in_plane: np.ndarray, held: bool
+    tables: Tables, shape: Array, law: Array, free: np.ndarray, in_plane: np.ndarray, held: bool
 ) -> sp.csc_matrix:
     """Linear stretching of a film that is not flat: (w, u) on free unknowns, u unrolled.
 
@@ -139,7 +139,6 @@ def stretching(
     strain[:, :, 0, :n], strain[:, :, 1, :n], strain[:, :, 2, :n] = s * x, t * y, s * y + t * x
     strain[:, :, 0, n : 2 * n], strain[:, :, 2, n : 2 * n] = x, y
     strain[:, :, 1, 2 * n :], strain[:, :, 2, 2 * n :] = y, x
-    law = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) / (1 - nu**2)
     weighted = np.einsum("cq,ab,cqbn->cqan", tables.weights, law, strain, optimize=True)
     rows = strain.reshape(c, 3 * q, 3 * n).transpose(0, 2, 1)
     local = np.matmul(rows, weighted.reshape(c, 3 * q, 3 * n))

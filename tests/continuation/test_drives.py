@@ -7,7 +7,15 @@ import re
 import numpy as np
 import pytest
 
-from nanorom.continuation import Drive, LinearResponse, ModalSystem, explore, locus, states
+from nanorom.continuation import (
+    Drive,
+    LinearResponse,
+    ModalSystem,
+    explore,
+    locus,
+    rest_states,
+    states,
+)
 from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.orbits.shooting import Shooting
 from nanorom.errors import ContinuationError, FileError
@@ -184,3 +192,19 @@ def test_wrong_drives_are_refused_in_one_line(given, message):
 def test_what_other_programs_do_not_know_is_not_exported(tmp_path):
     with pytest.raises(FileError, match="several harmonics"):
         export(amplifier(10.0, 0.1, 0.0), "csv", tmp_path / "out.csv")
+
+
+def test_level_enters_by_the_power_that_a_drive_says():
+    """A field acts with its square: level 3 is nine times the force of level 1."""
+    parts = {"stiffness": [1.0, 2.3], "damping": [0.02, 0.03], "cubic": np.full((2,) * 4, 0.1)}
+    j, p = np.array([1.0, 0.4]), np.array([[0.2, 0.1], [0.1, 0.0]])
+    square = ModalSystem(**parts, drives=[Drive(2, direct=j, parametric=p, power=2)])
+    plain = ModalSystem(**parts, drives=[Drive(2, direct=j, parametric=p)])
+    level = 0.3
+    one, other = square.scaled(level, level), plain.scaled(level**2, level**2)
+    assert one.force == pytest.approx(other.force, rel=1e-14)
+    assert one.parametric == pytest.approx(other.parametric, rel=1e-14)
+    with pytest.raises(ContinuationError, match="power of the level"):
+        rest_states(square, (0.0, 1.0), "direct")
+    with pytest.raises(ContinuationError, match=r"^drives: found power 0"):
+        Drive(2, direct=j, power=0)

@@ -10,8 +10,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ive, jn_zeros, jv, jvp
 
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 
 DATA = Path(__file__).parent / "data"

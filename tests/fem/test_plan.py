@@ -18,9 +18,10 @@ from nanorom.fem.tensors.loaded_cases import StaticCases
 from nanorom.fem.tensors.step import coefficients
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
 from nanorom.scene.load import Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import (
     Accuracy,
     Modes,

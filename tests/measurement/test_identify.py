@@ -13,10 +13,12 @@ from nanorom.exact import cases
 from nanorom.fem.spectrum import Spectrum
 from nanorom.measurement.assignment import assign
 from nanorom.measurement.data import Resonances
+from nanorom.measurement.fit import Fit
 from nanorom.measurement.identify import EXCLUDED, identify
 from nanorom.measurement.unknowns import UNKNOWNS, Film
 from nanorom.plots.names import spread
 from nanorom.report import text as report
+from nanorom.rom.spectrum import Lines
 
 PAPER = {"tension_x": 0.321, "tension_y": 0.257, "youngs_modulus": 410e9}  # their section on step I
 LABELS = "f01 f11s f11c f21c f21s f02 f31s f31c f12s f12c f41c".split()
@@ -199,6 +201,20 @@ def test_assignment_skips_what_was_not_seen_and_keeps_labels():
     seen = np.log([1.001, 2.102, 2.599])
     assert assign(seen, ["", "", ""], computed, names, 1e-3).tolist() == [0, 2, 4]
     assert assign(seen, ["", "d", ""], computed, names, 1e-3).tolist() == [0, 3, 4]
+
+
+def test_names_with_and_without_the_comma_of_many_diameters_are_one(scene):
+    """Beside a mode of ten diameters a computed f01 is called f0,1."""
+
+    def spectrum(t_x, t_y, bending, areal_mass, count):
+        return Lines(np.array([1.0, 2.0, 3.0]), ("f0,1", "f1,1c", "f10,1s"), np.zeros((3, 4)))
+
+    for label in (("f01", "f11c", "f10,1s"), ("f0,1", "f1,1c", "f10,1s")):
+        seen = Resonances(np.array([1.0, 2.0, 3.0]), label)
+        fit = Fit(scene, seen, (UNKNOWNS["tension"],), spectrum, 3, 1e-3)
+        lines, index = fit.evaluate(fit.start())
+        assert index.tolist() == [0, 1, 2]
+        assert lines.label == ("f01", "f11c", "f10,1s")
 
 
 def test_assignment_prefers_many_unseen_modes_to_differences_beyond_the_noise():

@@ -10,9 +10,12 @@ import attrs
 
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import SHAPES
+from nanorom.scene.layers import Layer
 from nanorom.scene.load import Load
+from nanorom.scene.mass import AddedMass
+from nanorom.scene.material import Gas, Material
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
@@ -30,7 +33,10 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "modes": Modes,
     "reduction": Reduction,
     "accuracy": Accuracy,
+    "layer": Layer,
+    "mass": AddedMass,
     "load": Load,
+    "gas": Gas,
     "damping": Damping,
     "drive": Drive,
     "drive, harmonics": Harmonic,

@@ -15,13 +15,14 @@ from nanorom.scene.excitation import (
     Frequency,
     Sweep,
 )
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import (
     Disc,
     MeshFile,
     Rectangle,
     String,
 )
+from nanorom.scene.material import Material
 from nanorom.scene.scene import (
     Accuracy,
     Modes,

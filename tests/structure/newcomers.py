@@ -272,8 +272,8 @@ ENDS = {
 CLASSES = {"measurement/unknowns.py": ("_ALL = (", STRESS.lstrip("\n") + "\n\n_ALL = (")}
 ROWS = {
     "scene/patterns/__init__.py": [
-        ("(Pressure, Spot, Point)", "(Pressure, Spot, Point, Ring)"),
-        ("(TensionModulation, PaperModulation)", "(TensionModulation, PaperModulation, Share)"),
+        ("Spot, Point, GateForce, Laser)", "Spot, Point, GateForce, Laser, Ring)"),
+        ("    GateStiffness,\n)", "    GateStiffness,\n    Share,\n)"),
         (
             "from nanorom.scene.patterns.spot import Spot\n",
             "from nanorom.scene.patterns.ring import Ring\n"

@@ -8,6 +8,7 @@ from pathlib import Path
 import attrs
 import pytest
 
+from nanorom.scene.fields import TABLES
 from nanorom.scene.scene import Scene
 from tests.scene import keys
 
@@ -58,5 +59,6 @@ def test_every_key_of_a_scene_says_what_it_means_and_allows(section):
 def test_reference_of_scenes_is_what_the_classes_declare():
     text = keys.DOCUMENT.read_text("utf-8")
     assert keys.with_tables(text) == text, "run: ./run python -m tests.scene.keys"
-    sections = {field.name for field in attrs.fields(Scene)}
+    tables = {field.name: field.metadata.get(TABLES) for field in attrs.fields(Scene)}
+    sections = {f"[{several}]" if several else name for name, several in tables.items()}
     assert {name for name in sections if f"## [{name}]" not in text} == set()

@@ -35,7 +35,7 @@ FLOORS = [
     {"modes"},
     {"output", "tensors"},
     {"routes"},
-    {"reduce", "spectrum", "tuning"},
+    {"reduce", "sensitivity", "spectrum", "tuning"},
 ]
 # the finite elements may take these of the rest: what is asked, what is found, how it is kept
 BESIDE_THE_FILM = BASE | {"files", "results", "rom", "scene", "version"}

@@ -92,6 +92,7 @@ def _arrays(
     if not isinstance(given, str):
         return dict(given), 0.0
     if given in FACTORS:
+        system.check_proportional()
         used = [name for name in FACTORS[given] if levels[name]]
         if not used:
             raise ContinuationError(f"parameter: the level of {given!r} is zero at the point")

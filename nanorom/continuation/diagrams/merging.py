@@ -53,6 +53,8 @@ def missing_folds(
     """
     found: dict[int, list[PeriodicOrbit]] = {}
     count = 0
+    if not system.proportional:
+        return found, len(diagrams) < 2  # levels are on no line
     for ladder in ladders(diagrams):
         for curve in _curves(system, omega, diagrams, ladder):
             count += 1

@@ -78,6 +78,7 @@ def _frequency(
 def _level(
     system: ModalSystem, name: str, span: tuple[float, float], levels: Mapping[str, float]
 ) -> Varied:
+    system.check_proportional()
     scaled = system.scaled(levels.get("direct", 0.0), levels.get("parametric", 0.0))
     unit = max(abs(value) for value in span)
     change = system.change({name: system.arrays()[name]}, scaled).times(unit)

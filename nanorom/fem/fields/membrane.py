@@ -39,10 +39,8 @@ def strain_of_cells(field: quadrature.CellFields, u: np.ndarray, v: np.ndarray) 
 
 def force(plate: Membrane, strain: np.ndarray) -> np.ndarray:
     """C:E, components (3, ...), of strains (3, ...)."""
-    nu = plate.stiffness.poisson_ratio
-    scale = plate.stiffness.stretching / (1 - nu**2)
-    xx, yy, xy = strain
-    return scale * np.stack([xx + nu * yy, yy + nu * xx, (1 - nu) * xy])
+    law = plate.stiffness.stretching * np.array(plate.stiffness.law)
+    return np.tensordot(law * [1.0, 1.0, 2.0], strain, axes=1)
 
 
 def product(force: np.ndarray, strain: np.ndarray) -> np.ndarray:

@@ -49,12 +49,13 @@ def _pulled_back(
     return reference, np.linalg.norm(x - point, axis=1) <= OUTSIDE * size
 
 
-def functional(plate: Surface, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Vector (local dofs,) of w -> sum_i weights_i w(points_i), in the plate's deflections.
+def weighed(
+    plate: Surface, points: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Local dofs (m, n), basis (m, n) and weights (m,) of those points that this rank holds.
 
-    points : (n, 2); those beyond a mirror are taken for their images, as an even deflection has it.
-    The entries are those assembled on all ranks.  Raises SolverError if a point lies outside the
-    film. Collective.
+    points : (k, 2); those beyond a mirror are taken for their images.  Every point is held by one
+    rank.  Raises SolverError if a point lies outside the film. Collective.
     """
     comm = plate.domain.comm
     points = np.array(points, dtype=float)
@@ -66,12 +67,21 @@ def functional(plate: Surface, points: np.ndarray, weights: np.ndarray) -> np.nd
         outside = points[~np.any(rank, axis=0)][0]
         raise SolverError(f"the point ({outside[0]:g}, {outside[1]:g}) lies outside the film")
     mine = np.argmax(rank, axis=0) == comm.rank
+    basis = compat.reference_element(plate.degree).tabulate(0, reference[mine])
+    basis = np.asarray(basis).reshape(mine.sum(), -1)
+    return compat.cell_dofs(plate.deflections)[cell[mine]], basis, weights[mine]
+
+
+def functional(plate: Surface, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Vector (local dofs,) of w -> sum_i weights_i w(points_i), in the plate's deflections.
+
+    points : (n, 2); those beyond a mirror are taken for their images, as an even deflection has it.
+    The entries are those assembled on all ranks.  Raises SolverError if a point lies outside the
+    film. Collective.
+    """
     function = fem.Function(plate.deflections)
-    if mine.any():
-        basis = compat.reference_element(plate.degree).tabulate(0, reference[mine])
-        basis = np.asarray(basis).reshape(mine.sum(), -1)
-        dofs = compat.cell_dofs(plate.deflections)[cell[mine]]
-        np.add.at(function.x.array, dofs, basis * weights[mine, None])
+    dofs, basis, own = weighed(plate, points, weights)
+    np.add.at(function.x.array, dofs, basis * own[:, None])
     compat.scatter_reverse_add(function)
     function.x.scatter_forward()
     return function.x.array.copy()

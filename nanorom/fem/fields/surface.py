@@ -10,6 +10,7 @@ import numpy as np
 from nanorom.fem.fields.holding import Holding
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.symmetry import Mirrors
+from nanorom.scene.elasticity import Law
 
 
 class Surface(Protocol):
@@ -44,8 +45,8 @@ class Elastic(Protocol):
         """E h."""
 
     @property
-    def poisson_ratio(self) -> float:
-        """Of an isotropic material."""
+    def law(self) -> Law:
+        """Stress by E of (xx, yy, 2 xy)."""
 
     @property
     def in_plane(self) -> Mapping[str, tuple[float, float]]:

@@ -23,6 +23,7 @@ MIRRORS = tuple(map(line, AXES))
 SHARE, SHARE_RATE = 3.2, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
 LARGEST_SHARE = 3.0
 CORNER_ERROR = 0.01  # of the energy's singular part where no cell shrinks
+AT_POINT = 100.0  # by the root of the tolerance, to which errors at a point mass fall: measured
 SMALLEST_MOVING = 0.3  # size of cells that move by that before: rounding grows with them
 LONGER = 1e-9  # edges that differ by less than this (relative) are as long
 STRAIGHT = 1e-3  # radians by which a straight side may turn
@@ -30,11 +31,15 @@ STRAIGHT = 1e-3  # radians by which a straight side may turn
 
 @attrs.frozen
 class Corners:
-    """How to grade: kind of support by name of a curve, Poisson's ratio, tolerance of energies."""
+    """How to grade: kind of support by name of a curve, Poisson's ratio, tolerance of energies.
+
+    points: x, y inside the film towards which cells shrink too, down to a radius.
+    """
 
     kind: Callable[[str], Kind]
     nu: float
     tolerance: float
+    points: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def share(self) -> float:
@@ -45,6 +50,11 @@ class Corners:
     def cells_per_octave(self) -> float:
         """About how many cells halve the size of those at a corner of 90 degrees: counted."""
         return 4.5 if self.share > np.sqrt(2) else 16.0 / self.share
+
+    @property
+    def smallest_at_point(self) -> float:
+        """Size of the cells at a point of `points` by that before: w has r^2 log r there."""
+        return min(1.0, AT_POINT * float(np.sqrt(self.tolerance)))
 
     def smallest(self, corner: Corner) -> float:
         """Size of the cells at a corner by their size before."""
@@ -72,13 +82,15 @@ class Triangulation:
         """
         mesh = Triangulation(self.points, self.triangles, dict(self.edges))
         found = self._corners(corners.kind, facets, straight)
-        if not found:
+        if not found and not corners.points:
             return mesh
-        places = np.array(sorted(found))
-        first = np.array([mesh._shortest(i) for i in places])
-        smallest = first * [corners.smallest(found[i]) for i in places]
+        at, inside = sorted(found), np.reshape(corners.points, (-1, 3))
+        places = np.concatenate([self.points[at], inside[:, :2]])
+        smallest = [mesh._shortest(i) * corners.smallest(found[i]) for i in at]
+        for place, radius in zip(inside[:, :2], inside[:, 2]):
+            smallest.append(max(radius, mesh._size_at(place) * corners.smallest_at_point))
         while True:
-            excess = mesh._excess(places, smallest, corners.share)
+            excess = mesh._excess(places, np.array(smallest), corners.share)
             if excess.max() <= 1:
                 return mesh
             mesh._bisect(mesh.triangles[excess.argmax()])
@@ -87,15 +99,26 @@ class Triangulation:
         """Shortest edge of the triangles at a vertex."""
         return float(self._lengths(self.triangles[(self.triangles == i).any(axis=1)]).min())
 
+    def _size_at(self, place: np.ndarray) -> float:
+        """Shortest edge of the cell that holds a place, or of the one that is nearest."""
+        vertices = self.points[self.triangles]
+        here = _holding(vertices, place[None])[:, 0]
+        away = np.linalg.norm(vertices.mean(axis=1) - place, axis=1)
+        return float(self._lengths(self.triangles[[np.where(here, 0.0, away).argmin()]]).min())
+
     def _lengths(self, triangles: np.ndarray) -> np.ndarray:
         """Lengths (c, 3) of the edges opposite to each vertex."""
         x = self.points[triangles]
         return np.linalg.norm(x[:, (1, 2, 0)] - x[:, (2, 0, 1)], axis=2)
 
     def _excess(self, places: np.ndarray, smallest: np.ndarray, share: float) -> np.ndarray:
-        """Longest edge of every cell (c,) by the longest that corners at places (m,) allow."""
+        """Longest edge of every cell (c,) by the longest that places (m, 2) allow.
+
+        A cell that holds one is at no distance from it.
+        """
         vertices = self.points[self.triangles]
-        away = np.linalg.norm(vertices[:, :, None] - self.points[places], axis=3).min(axis=1)
+        away = np.linalg.norm(vertices[:, :, None] - places, axis=3).min(axis=1)
+        away[_holding(vertices, places)] = 0.0
         allowed = np.maximum(share * away, smallest).min(axis=1)
         return np.asarray(self._lengths(self.triangles).max(axis=1) / allowed)
 
@@ -168,6 +191,14 @@ class Triangulation:
             t = spans[cut].mean(axis=1)
             middles = np.full(len(t), new)
             self.edges[tag] = _halved(pairs, cut, middles), _halved(spans, cut, t)
+
+
+def _holding(triangles: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Whether triangles (c, 3, 2) hold places (m, 2), as (c, m)."""
+    sides = np.roll(triangles, -1, axis=1) - triangles
+    to = places[:, None] - triangles[:, None]
+    cross = sides[:, None, :, 0] * to[..., 1] - sides[:, None, :, 1] * to[..., 0]
+    return np.asarray((cross >= 0).all(axis=2) | (cross <= 0).all(axis=2))
 
 
 def _halved(ends: np.ndarray, cut: np.ndarray, middles: np.ndarray) -> np.ndarray:

@@ -24,6 +24,8 @@ from nanorom.scene.geometry import (
     Rectangle,
     String,
 )
+from nanorom.scene.load import Load
+from nanorom.scene.mass import AddedMass
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, Spring, deflection_of
 
@@ -70,7 +72,7 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
     """
     geometry, accuracy, mirrors = scene.geometry, scene.accuracy, Mirrors.of(scene)
     if isinstance(geometry, MeshFile):
-        return _file(scene, geometry, tolerance)
+        return _file(scene, geometry, length, tolerance)
     degree = accuracy.degree or DEGREE
     if tolerance is None:
         size = accuracy.mesh_size / length if accuracy.mesh_size else COARSEST
@@ -79,24 +81,33 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
     order = max(degree, 2)
     if isinstance(geometry, Disc):
         spot = _spot(scene, length, tolerance)
-        return _disc(degree, order, size, layer, mirrors, tolerance, spot)
+        found = _disc(degree, order, size, layer, mirrors, tolerance, spot)
+        if not scene.masses:
+            return found
+        return attrs.evolve(found, corners=_corners(scene, length, tolerance))
     return _rectangle(scene, geometry, degree, size, length, layer, mirrors, tolerance)
 
 
-def _file(scene: Scene, geometry: MeshFile, tolerance: float | None) -> Discretisation:
+def _file(
+    scene: Scene, geometry: MeshFile, length: float, tolerance: float | None
+) -> Discretisation:
     """The mesh of a file; a geometry file is meshed finer where the tolerance asks for it."""
     degree = scene.accuracy.degree or DEGREE
     finer = 1.0
     if tolerance is not None and scene.accuracy.tolerance is not None:
         finer = (tolerance / scene.accuracy.tolerance) ** (1 / _rate(scene))
-    corners = _corners(scene, tolerance)
+    corners = _corners(scene, length, tolerance)
     return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
 
 
-def _corners(scene: Scene, tolerance: float | None) -> Corners | None:
+def _corners(scene: Scene, length: float, tolerance: float | None) -> Corners | None:
     if tolerance is None:
         return None
-    return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance)
+    points = tuple(
+        (mass.position[0] / length, mass.position[1] / length, mass.radius / length)
+        for mass in scene.masses
+    )
+    return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance, points)
 
 
 def _cell_size(
@@ -180,14 +191,16 @@ def _disc(
 
 
 def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
-    """Radius on which a force at a drum's centre acts, 0 without one.
+    """Radius on which a force or a mass at a drum's centre acts, 0 without one.
 
     Under a point force the deflection is smooth but for r^2 log r.
     """
-    load = scene.load
-    if load is None or not load.force or not load.centred or tolerance is None:
+    centred: list[Load | AddedMass] = [mass for mass in scene.masses if mass.centred]
+    if scene.load is not None and scene.load.force and scene.load.centred:
+        centred.append(scene.load)
+    if not centred or tolerance is None:
         return 0.0
-    return load.radius / length or float(np.sqrt(tolerance))
+    return centred[-1].radius / length or float(np.sqrt(tolerance))
 
 
 def _outermost(layer: float, tolerance: float) -> float:
@@ -250,7 +263,7 @@ def _rectangle(
         return np.column_stack(columns)
 
     file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
-    corners = _corners(scene, tolerance)
+    corners = _corners(scene, length, tolerance)
     return Discretisation(file, parameters, degree, 1, Grading(move), mirrors, corners=corners)
 
 

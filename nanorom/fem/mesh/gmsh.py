@@ -140,7 +140,9 @@ def _from_geometry(
         points, triangles, edges = mesh.points, mesh.triangles, mesh.edges
         for tag, (pairs, spans) in edges.items():
             if gmsh.model.getType(1, tag) != "Line" and len(pairs):
-                points[pairs] = _on_curve(gmsh, tag, spans)
+                on_curve = _on_curve(gmsh, tag, spans)
+                moved = grading.move(on_curve.reshape(-1, 2)) if grading else on_curve
+                points[pairs] = moved.reshape(on_curve.shape)
     facets = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
     if order == 1:
         return MeshData(points, triangles, 1, facets)

@@ -58,16 +58,19 @@ class Beam:
 class BeamModes:
     """The lowest modes, scaled to max |phi| = 1 and positive there.
 
-    frequency: (L,) Hz; mass: (L,); stiffness: (L, L); cubic: (L, L, L, L) with the force
-    B_rjkl q_j q_k q_l; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx; error: estimated
-    relative errors of frequencies and of the cubic tensor.
+    frequency: (L,) Hz; mass: (L,); stiffness: (L, L), bending: (L, L) its part of that; cubic:
+    (L, L, L, L) with the force B_rjkl q_j q_k q_l; square: (L,) int phi^2 dx; area: (L,)
+    int phi dx; slope: (L, L) int phi_j' phi_k' dx; error: estimated relative errors of frequencies
+    and of the cubic tensor.
     """
 
     beam: Beam
     frequency: Array
     mass: Array
     stiffness: Array
+    bending: Array
     cubic: Array
+    square: Array
     area: Array
     slope: Array
     _coefficients: Array
@@ -109,7 +112,8 @@ def _expanded(beam: Beam, squares: Array, coefficients: Array) -> BeamModes:
     second = legendre.legval(x, legendre.legder(coefficients, 2, axis=1).T) / half**2
     weights = half * weights
     slope = (first * weights) @ first.T
-    stiffness = beam.tension * slope + beam.bending_stiffness * (second * weights) @ second.T
+    bending = beam.bending_stiffness * (second * weights) @ second.T
+    stiffness = beam.tension * slope + bending
     stiffness += beam.end_stiffness(*_at_ends(coefficients, half))
     pairs = slope[:, :, None, None] * slope
     symmetric = (pairs + pairs.transpose(0, 2, 1, 3) + pairs.transpose(0, 3, 2, 1)) / 3
@@ -118,7 +122,9 @@ def _expanded(beam: Beam, squares: Array, coefficients: Array) -> BeamModes:
         np.sqrt(squares) / (2 * np.pi),
         beam.mass_per_length * np.sum(phi**2 * weights, axis=1),
         stiffness,
+        bending,
         beam.axial_stiffness / (2 * beam.length) * symmetric,
+        np.sum(phi**2 * weights, axis=1),
         phi @ weights,
         slope,
         coefficients,

@@ -11,13 +11,14 @@ from mpi4py import MPI
 from nanorom.errors import SceneError
 from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation, dofs_of
+from nanorom.fem.models.added_mass import PointMass
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import compat, groups
 from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, line
-from nanorom.scene import plausibility
+from nanorom.scene import elasticity, plausibility
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
@@ -77,6 +78,14 @@ def build_plate(
             side: kind if isinstance(kind, str) else "free" for side, kind in in_plane.items()
         },
         solvers=Solvers(scene.reduction.solver),
+        masses=[
+            PointMass(
+                mass.value / scales.mass,
+                (mass.position[0] / scales.length, mass.position[1] / scales.length),
+                mass.radius / scales.length,
+            )
+            for mass in scene.masses
+        ],
     )
 
 
@@ -101,8 +110,10 @@ def stiffness_of(
         for side, kind in held.items()
         if isinstance(kind, Spring)
     }
-    nu = scene.material.poisson_ratio
-    return Stiffness(scales.bending, 1.0, nu, springs, yielding, scales.strain)
+    material, law = scene.material, scene.material.law
+    nu = material.poisson_ratio
+    bent = elasticity.scaled(law, material.held_ratio)
+    return Stiffness(scales.bending, 1.0, nu, springs, yielding, scales.strain, law, bent)
 
 
 def extremes(domain: mesh.Domain) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Mirrors, line
+from nanorom.scene import elasticity
 
 
 @attrs.frozen(eq=False)
@@ -48,14 +49,17 @@ class Edges:
 class Constants:
     """Numbers of a plate as forms hold them.
 
-    springs: transverse and rotational, in_plane: normal and tangential, by edge.
+    law, bending_law: (3, 3); stiffest: of bending, by D along any direction; springs: transverse
+    and rotational, in_plane: normal and tangential, by edge.
     """
 
     tension_x: Any
     tension_y: Any
     shear: Any
     bending: Any
-    poisson_ratio: Any
+    law: Any
+    bending_law: Any
+    stiffest: Any
     stretching: Any
     springs: Sequence[Any]
     in_plane: Sequence[Any]
@@ -70,7 +74,9 @@ class Constants:
             tension_y=fem.Constant(mesh, float(y)),
             shear=fem.Constant(mesh, float(state.shear)),
             bending=fem.Constant(mesh, float(stiffness.bending)),
-            poisson_ratio=fem.Constant(mesh, float(stiffness.poisson_ratio)),
+            law=fem.Constant(mesh, np.array(stiffness.law)),
+            bending_law=fem.Constant(mesh, np.array(stiffness.bending_law)),
+            stiffest=fem.Constant(mesh, elasticity.stiffest(stiffness.bending_law)),
             stretching=fem.Constant(mesh, float(stiffness.stretching)),
             springs=[fem.Constant(mesh, spring) for spring in springs],
             in_plane=[fem.Constant(mesh, np.array(k)) for k in stiffness.in_plane.values()],
@@ -79,5 +85,6 @@ class Constants:
     @property
     def all(self) -> list[Any]:
         """One after the other."""
-        numbers = [self.tension_x, self.tension_y, self.shear, self.bending, self.poisson_ratio]
-        return [*numbers, self.stretching, *self.springs, *self.in_plane]
+        numbers = [self.tension_x, self.tension_y, self.shear, self.bending, self.stretching]
+        laws = [self.law, self.bending_law, self.stiffest]
+        return [*numbers, *laws, *self.springs, *self.in_plane]

@@ -10,6 +10,7 @@ import ufl
 from dolfinx import fem
 from petsc4py import PETSc
 
+from nanorom.fem.models import added_mass
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import Parity
@@ -52,6 +53,17 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
 
     def __len__(self) -> int:
         return len(self._classes)
+
+
+def mass(plate: Plate) -> PETSc.Mat:
+    """Mass of the deflections on all degrees of freedom, masses on the film included. Collective.
+
+    Raises SolverError if one of them lies outside the film.
+    """
+    matrix = algebra.assemble(plate.compiled(plate.mass_form))
+    if plate.masses:
+        added_mass.add(matrix, plate, plate.masses)
+    return matrix
 
 
 def switch(even: Sequence[Any], parity: Parity) -> None:

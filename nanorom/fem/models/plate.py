@@ -29,6 +29,7 @@ from ufl.geometry import FacetJacobianDeterminant
 
 from nanorom.fem.fields.holding import Holding
 from nanorom.fem.mesh.mesh import Domain
+from nanorom.fem.models.added_mass import PointMass
 from nanorom.fem.models.edges import Constants, Edges
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.solvers import compat, forms
@@ -38,9 +39,10 @@ from nanorom.fem.symmetry import Mirrors, Parity, line
 COERCIVITY = 2.0  # factor a > 1 of the penalty; the margin covers curved cells
 
 
-def membrane_stress(strain: Any, nu: Any) -> Any:
-    """Membrane force C:E per E h of an isotropic film in plane stress."""
-    return ((1 - nu) * strain + nu * ufl.tr(strain) * ufl.Identity(2)) / (1 - nu**2)
+def stress(strain: Any, law: Any) -> Any:
+    """Tensor that a law (3, 3) gives a symmetric one: membrane force per E h, moment per D."""
+    found = law * ufl.as_vector([strain[0, 0], strain[1, 1], 2 * strain[0, 1]])
+    return ufl.as_matrix([[found[0], found[2]], [found[2], found[1]]])
 
 
 def membrane_strain(u: Any, w: Any, shape: Any = None) -> Any:
@@ -60,7 +62,7 @@ class Plate:
     and where w_n = 0; holding : where and how supports hold u; deflections, in_plane : spaces of w
     and u; w, u : functions that forms are written in, whose values belong to who assembles; edges :
     integration over them; solvers : make what solves on the degrees of freedom; stiffness, state :
-    what the forms are made for.
+    what the forms are made for; masses : added to that of the film.
     """
 
     domain: Domain
@@ -78,6 +80,7 @@ class Plate:
     solvers: Solvers
     stiffness: Stiffness
     state: State
+    masses: Sequence[PointMass] = ()
     _constants: Constants = attrs.field(init=False)
 
     @_constants.default
@@ -97,6 +100,7 @@ class Plate:
         mirrors: Mirrors | None = None,
         solvers: Solvers | None = None,
         in_plane: Mapping[str, str] | None = None,
+        masses: Sequence[PointMass] = (),
     ) -> Plate:
         """The plate on a domain. Collective.
 
@@ -130,6 +134,7 @@ class Plate:
             solvers=solvers or Solvers(),
             stiffness=stiffness,
             state=state or State(),
+            masses=masses,
         )
 
     def about(self, state: State) -> Plate:
@@ -225,11 +230,11 @@ class Plate:
     def stretching_force(self, u: Any, w: Any) -> Any:
         """Membrane force C:E of a displacement, in the unit of the tension."""
         strain = membrane_strain(u, w, self.state.shape)
-        return self._constants.stretching * membrane_stress(strain, self._constants.poisson_ratio)
+        return self._constants.stretching * stress(strain, self._constants.law)
 
     def _stored(self, strain: Any) -> Any:
         """1/2 E:C:E of a strain."""
-        density = ufl.inner(strain, membrane_stress(strain, self._constants.poisson_ratio))
+        density = ufl.inner(strain, stress(strain, self._constants.law))
         return 0.5 * self._constants.stretching * density
 
     def bending_energy(self, w: Any) -> Any:
@@ -271,9 +276,7 @@ class Plate:
 
     def _moment(self, w: Any) -> Any:
         """Bending moments per bending stiffness."""
-        curvature = ufl.grad(ufl.grad(w))
-        nu = self._constants.poisson_ratio
-        return (1 - nu) * curvature + nu * ufl.tr(curvature) * ufl.Identity(2)
+        return stress(ufl.grad(ufl.grad(w)), self._constants.bending_law)
 
     def _normal_moment(self, w: Any) -> Any:
         normal = ufl.FacetNormal(self.domain.mesh)
@@ -289,7 +292,8 @@ class Plate:
         """
         mesh = self.domain.mesh
         facet_by_area = FacetJacobianDeterminant(mesh) / abs(ufl.JacobianDeterminant(mesh))
-        return COERCIVITY * 0.75 * self.degree * (self.degree - 1) * facet_by_area
+        factor = COERCIVITY * 0.75 * self.degree * (self.degree - 1)
+        return factor * self._constants.stiffest * facet_by_area
 
     def linear_energy(self, w: Any) -> Any:
         """Energy of tension, bending and springs about an equilibrium, quadratic in w."""

@@ -13,6 +13,7 @@ import attrs
 import numpy as np
 
 from nanorom.fem.models.gate import Attraction
+from nanorom.scene import elasticity
 
 Spring = tuple[float | None, float]  # transverse (None: rigid) and rotational, per length
 
@@ -23,7 +24,9 @@ class Stiffness:
 
     bending : D; stretching : E h; springs : of the elastic edges, by boundary curve; in_plane : of
     those that are elastic in the plane, normal and tangential per length and E h; strain : the unit
-    of the tension by that of the stretching, as a tension stiffens motions in the plane.
+    of the tension by that of the stretching, as a tension stiffens motions in the plane; law :
+    stress by E of (xx, yy, 2 xy), that of an isotropic film with the poisson_ratio unless given;
+    bending_law : moments by D, of which the same holds.
     """
 
     bending: float = 0.0
@@ -32,6 +35,18 @@ class Stiffness:
     springs: Mapping[str, Spring] = attrs.field(factory=dict)
     in_plane: Mapping[str, tuple[float, float]] = attrs.field(factory=dict)
     strain: float = 0.0
+    law: elasticity.Law = attrs.field()
+    bending_law: elasticity.Law = attrs.field()
+
+    @law.default
+    def _isotropic(self) -> elasticity.Law:
+        return elasticity.isotropic(self.poisson_ratio)
+
+    @bending_law.default
+    def _alike(self) -> elasticity.Law:
+        """That of stretching, D being of bending along the first axis with the second held."""
+        rest = 1 - self.poisson_ratio**2
+        return elasticity.scaled(self.law, rest)
 
 
 @attrs.frozen(eq=False)

@@ -22,6 +22,7 @@ from nanorom.fem.fields import quadrature
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import NEAR, Modes
 from nanorom.fem.solvers import algebra, compat
+from nanorom.scene import elasticity
 
 ROUNDING = 0.1 * np.finfo(float).eps  # per root of sum K_ii phi_i^2 / lambda: measured
 POINTWISE = 12.0  # from a shape's extrapolated tail in the cells at its peak to its error there
@@ -35,6 +36,7 @@ RELAXED = 1.5  # from the bound on what an error of relaxed pre-stress does to i
 DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
 INEXACT = 1e-13  # of the energy that a polynomial has where all directions count: how it is known
 CHUNK = 256  # cells at a time
+TENSOR = np.array([1.0, 1.0, np.sqrt(2.0)])  # from (xx, yy, 2 xy) to a basis of unit tensors
 
 
 @attrs.frozen(eq=False)
@@ -176,7 +178,8 @@ def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
     """Membrane energy (m,) that in-plane displacements (local dofs, m) leave out. Collective."""
     dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
     # no strain has more energy than this by the square of its displacement's gradient
-    stiffness = plate.stiffness.stretching / (1 - abs(plate.stiffness.poisson_ratio))
+    law = np.array(plate.stiffness.law) * np.outer(TENSOR, TENSOR)
+    stiffness = plate.stiffness.stretching * np.linalg.eigvalsh(law)[-1]
     tails = np.zeros((3, displacements.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         metric = stiffness * area[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
@@ -204,6 +207,7 @@ def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) 
     values, axes = np.linalg.eigh(plate.state.tensor)
     tension = (axes * (np.abs(values) + stiffening)) @ axes.T
     bending = plate.stiffness.bending if plate.bending else 0.0
+    bending *= elasticity.stiffest(plate.stiffness.bending_law)
     tails = np.zeros((3, deflections.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         slopes = np.einsum("c,de,cad,cbe->cab", area, tension, inverse, inverse)

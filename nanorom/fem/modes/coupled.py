@@ -36,7 +36,7 @@ def solve(plate: Plate, count: int) -> Modes:
     energy = plate.tangent_energy(film.u, film.w)
     stiffness = operators.ClassStiffness(plate)
     force = LinearForce.of_energy(plate, film.state, film.w, energy + plate.linear_energy(film.w))
-    mass = algebra.assemble(plate.compiled(plate.mass_form))
+    mass = operators.mass(plate)
     film_mass = film.embed(mass)
     totals = stiffnesses(film, list(stiffness))
     solvers = {p: CoupledSolver(film, p, totals, film_mass, force) for p in totals}

@@ -12,6 +12,7 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from nanorom.errors import SolverError
+from nanorom.fem.models import operators
 from nanorom.fem.models.operators import ClassStiffness, Columns, LinearForce, free_deflections
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import rigid
@@ -61,6 +62,11 @@ class Modes(Deflections):
         """Phi^T K Phi (L, L) over the whole film of tension and bending. Collective."""
         return self._products(self.force)
 
+    def squares(self) -> np.ndarray:
+        """int phi^2 (L,) over the whole film. Collective."""
+        mass = algebra.assemble(self.film.compiled(self.film.mass_form))
+        return np.diag(self.modal(dict.fromkeys(self.parities, mass))).copy()
+
 
 def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.ndarray]:
     """Split sorted eigenvalues where neighbours differ by more than a relative tolerance."""
@@ -74,7 +80,7 @@ def solve(plate: Plate, count: int) -> Modes:
     Raises SolverError when the mesh has too few degrees of freedom, when the film's state is not
     stable (the stiffness is not positive definite), or when a mode did not converge.
     """
-    mass = algebra.assemble(plate.compiled(plate.mass_form))
+    mass = operators.mass(plate)
     spared = plate.solvers.iterates(free_deflections(plate, plate.mirrors.even))
     stiffness, force = ClassStiffness(plate, spared), LinearForce.of(plate)
     solvers = {p: ClassSolver(plate, p, stiffness, mass, force) for p in stiffness}

@@ -126,6 +126,12 @@ def normalise_film(
     return attrs.evolve(modes, shapes=modes.shapes / values), attrs.evolve(errors, scale=scale)
 
 
+def peak_places(modes: AnyModes) -> tuple[np.ndarray, np.ndarray]:
+    """Modes (k,) and places (k, 2) of their largest |phi|, at least one of each. Collective."""
+    ties = np.full(modes.shapes.shape[1], SAME)
+    return _Extrema.of(modes.film, modes.shapes).peaks(ties)
+
+
 @attrs.frozen(eq=False)
 class _Extrema:
     """Local extrema near the largest |phi| of n modes, on every rank those of the whole mesh.

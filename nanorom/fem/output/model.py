@@ -10,6 +10,7 @@ import numpy as np
 from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import compat
+from nanorom.rom.heat import Heat
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.scene import Scene
@@ -22,7 +23,8 @@ class Parts:
     frequency (L,) Hz; mass (L,) kg; label: L names; stiffness (L, L) N/m; quadratic (L, L, L)
     N/m^2; cubic and outside_cubic (L, L, L, L) N/m^3; patterns: the direct ones (L,) and the
     parametric ones (L, L) by name (`nanorom.rom.patterns.reduced`); viscous: parts of the force
-    that a viscous material damps, by their names in the model; method: of the tensors.
+    that a viscous material damps, by their names in the model; losses: 1/Q (L,) by what takes
+    energy; heat: of a laser; method: of the tensors.
     """
 
     frequency: np.ndarray
@@ -39,6 +41,8 @@ class Parts:
     outside_cubic: np.ndarray | None = None
     static: dict[str, np.ndarray] = attrs.field(factory=dict)
     viscous: dict[str, np.ndarray] = attrs.field(factory=dict)
+    losses: dict[str, np.ndarray] = attrs.field(factory=dict)
+    heat: Heat | None = None
 
 
 def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
@@ -56,6 +60,8 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
         outside_cubic=parts.outside_cubic,
         drive=direct,
         parametric=parametric,
+        losses=parts.losses,
+        heat=parts.heat,
         shapes=parts.shapes,
         static=parts.static,
         diagnostics=parts.diagnostics | told,
@@ -81,6 +87,13 @@ class ModalProducts:
 
 def modal_products(modes: Modes) -> ModalProducts:
     """Modal matrices from the assembled operators, patterns by quadrature. Collective."""
+    mass = modes.modal(dict.fromkeys(modes.parities, modes.mass))
+    area, slope = pattern_integrals(modes)
+    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)
+
+
+def pattern_integrals(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
+    """int phi (L,) and int grad phi . grad phi (L, L) over the whole film. Collective."""
     plate, shapes = modes.plate, modes.shapes
     n_modes = shapes.shape[1]
     comm, copies = plate.domain.comm, plate.mirrors.copies
@@ -94,5 +107,4 @@ def modal_products(modes: Modes) -> ModalProducts:
     parities = modes.parities
     slope[[[a != b for b in parities] for a in parities]] = 0.0
     area[[parity != plate.mirrors.even for parity in parities]] = 0.0
-    mass = modes.modal(dict.fromkeys(parities, modes.mass))
-    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)
+    return area, slope

@@ -14,10 +14,12 @@ from nanorom.errors import SceneError
 from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import locate
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes import gate
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.output.model import ModalProducts
 from nanorom.fem.solvers import compat
 from nanorom.rom.patterns import ModalWork
+from nanorom.scene.load import VACUUM_PERMITTIVITY
 from nanorom.scene.patterns.pattern import Areal
 
 QUADRATURE = 20  # degree, on parts of a cell that are smaller than the length of variation
@@ -28,14 +30,16 @@ QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
 @attrs.frozen(eq=False)
 class PolynomialWork(ModalWork):
-    """Virtual work on L modes by their polynomials; length: of the plate's unit in m.
+    """Virtual work on L modes by their polynomials.
 
-    A point beside the film raises SceneError.  Collective.
+    length, deflection: of the plate's units in m.  A point beside the film raises SceneError.
+    Collective.
     """
 
     modes: Modes
     products: ModalProducts
     length: float
+    deflection: float
 
     def uniform(self, pressure: float = 1.0) -> np.ndarray:
         return pressure * self.length**2 * self.products.area
@@ -61,6 +65,22 @@ class PolynomialWork(ModalWork):
 
     def stretch(self, tension: float = 1.0) -> np.ndarray:
         return -tension * self.products.slope
+
+    @property
+    def gated(self) -> bool:
+        return self.modes.plate.state.attraction is not None
+
+    def attraction(self) -> np.ndarray:
+        if not self.gated:
+            return super().attraction()
+        unit = VACUUM_PERMITTIVITY * (self.length / self.deflection) ** 2
+        return unit * gate.products(self.modes, 1)
+
+    def softening(self) -> np.ndarray:
+        if not self.gated:
+            return super().softening()
+        unit = VACUUM_PERMITTIVITY * self.length**2 / self.deflection**3
+        return unit * gate.products(self.modes, 2)
 
 
 def areal_rule(

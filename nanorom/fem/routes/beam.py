@@ -9,6 +9,7 @@ from nanorom.errors import SceneError
 from nanorom.fem import plan_text
 from nanorom.fem.models import inertia
 from nanorom.fem.models.beam import Beam, BeamModes, modes
+from nanorom.fem.output import losses
 from nanorom.fem.output.model import Parts
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
@@ -76,6 +77,15 @@ class BeamRoute(Route):
         axial = beam.axial_frequency
         inertia.check(axial, found.frequency[index[-1]])
         pick = np.ix_(index, index)
+        bent = np.diag(found.bending)[index]
+        motion = losses.Motion(
+            frequency=found.frequency[index],
+            stiffness=np.diag(found.stiffness)[index],
+            strained=bent,
+            dilated=bent,
+            mass=found.mass[index],
+            square=width * found.square[index],
+        )
         shapes = _strip(found, index, width)
         work = DrawnWork(shapes, width * found.area[index], width * found.slope[pick])
         return Parts(
@@ -85,6 +95,7 @@ class BeamRoute(Route):
             stiffness=found.stiffness[pick],
             quadratic=np.zeros((len(index),) * 3),
             cubic=found.cubic[np.ix_(index, index, index, index)],
+            losses=losses.losses(scene, motion),
             patterns=reduced(work, None),
             shapes=shapes,
             method=self.method(scene),

@@ -8,9 +8,10 @@ import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
-from nanorom.fem.models.operators import ClassStiffness
-from nanorom.fem.models.state import State
+from nanorom.fem.modes import bending
 from nanorom.fem.modes.eigen import Modes
+from nanorom.fem.output import losses
+from nanorom.fem.output.model import ModalProducts
 from nanorom.fem.scales import Scales
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
@@ -136,6 +137,28 @@ def loaded_tensors(
     return quadratic, scales.cubic * cubic, found
 
 
+def lost(
+    scene: Scene, scales: Scales, modes: Modes, products: ModalProducts, stretching: np.ndarray
+) -> dict[str, np.ndarray]:
+    """1/Q (L,) of each mode by what takes energy, if the scene has any loss. Collective.
+
+    stretching: (L, L) that the film's state adds to the modes' stiffness, scaled.
+    """
+    if not scene.lossy:
+        return {}
+    strained = bending.stiffness(modes) + stretching
+    dilated = bending.stiffness(modes, losses.dilated(scene))
+    motion = losses.Motion(
+        frequency=scales.frequency(modes.eigenvalues),
+        stiffness=scales.tension * np.diag(products.stiffness + stretching),
+        strained=scales.tension * np.diag(strained),
+        dilated=scales.tension * np.diag(dilated),
+        mass=scales.mass * products.mass,
+        square=scales.length**2 * modes.squares(),
+    )
+    return losses.losses(scene, motion)
+
+
 def viscous(scene: Scene, scales: Scales, modes: Modes) -> dict[str, np.ndarray]:
     """Parts of the force that a viscoelastic material damps, if the scene has one. Collective.
 
@@ -150,12 +173,9 @@ def viscous(scene: Scene, scales: Scales, modes: Modes) -> dict[str, np.ndarray]
         raise SceneError("damping.material_time: only for a film that its load leaves flat")
     if plate.stiffness.springs:
         raise SceneError("damping.material_time: only for rigid supports; found springs")
-    bending = np.zeros((len(modes.parities),) * 2)
-    if plate.bending:
-        bending = modes.modal(ClassStiffness(plate.about(State(tension=(0.0, 0.0)))))
     in_plane = scene.reduction.in_plane
     pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
     return {
-        "bending": scales.tension * bending,
+        "bending": scales.tension * bending.stiffness(modes),
         "stretching": 0.5 * scales.cubic * pairs.transpose(0, 2, 3, 1),
     }

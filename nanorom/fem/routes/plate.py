@@ -20,11 +20,11 @@ from nanorom.fem.modes import accuracy, buckling, coupled, eigen
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.modes.normal import normalise_film
-from nanorom.fem.output import drawing, patterns
+from nanorom.fem.output import drawing, heat, patterns
 from nanorom.fem.output.model import Parts, modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
-from nanorom.fem.routes.methods import Force, force_of, viscous
+from nanorom.fem.routes.methods import Force, force_of, lost, viscous
 from nanorom.fem.routes.route import Route, step_cases
 from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
 from nanorom.fem.scales import Scales
@@ -321,8 +321,10 @@ class PlateRoute(Route):
         inertia.check(in_plane, frequency[-1], lateral.is_slender(plate))
         with watch.stage("patterns"):
             products = modal_products(modes)
-            work = patterns.PolynomialWork(modes, products, scales.length)
+            units = state.Units.of(scene, scales.length, scales.tension)
+            work = patterns.PolynomialWork(modes, products, scales.length, units.deflection)
             made = reduced(work, scene.drive)
+            warmth = heat.heat_of(scene, scales, modes, work)
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
         check_uncoupled(stiffness, solution.names)
@@ -341,6 +343,8 @@ class PlateRoute(Route):
             shapes=Shapes(points * scales.length, cells, values),
             static=static,
             viscous=viscous(scene, scales, modes),
+            heat=warmth,
+            losses=lost(scene, scales, modes, products, force.stretching),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
             diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),

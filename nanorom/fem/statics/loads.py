@@ -10,14 +10,12 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
+from nanorom.fem.fields import discs
 from nanorom.fem.fields.places import functional
 from nanorom.fem.models.coupled import Film
 from nanorom.fem.models.gate import Attraction
 from nanorom.fem.models.operators import ClassStiffness, LinearForce
-from nanorom.fem.solvers import compat
 from nanorom.fem.statics.problem import StaticProblem
-
-RESOLVED = 1e-8  # relative error of the area of a disc that cells fill without being cut
 
 
 @attrs.frozen(eq=False)
@@ -74,28 +72,14 @@ def patch(film: Film, centre: np.ndarray, radius: float, force: float = 1.0) -> 
     points.  On a part of a mirrored film the load is that part's share of one that has the same
     mirrors.
     """
-    if radius > 0:
-        plate, mesh = film.plate, film.plate.domain.mesh
-        at = ufl.SpatialCoordinate(mesh) - fem.Constant(mesh, np.asarray(centre, dtype=float))
-        square, value = fem.Constant(mesh, float(radius) ** 2), fem.Constant(mesh, 1.0)
-        inside = ufl.conditional(ufl.lt(ufl.inner(at, at), square), value, 0.0)
-        dx = plate.dx(2 * plate.degree)
-        area = plate.domain.comm.allreduce(fem.assemble_scalar(compat.form(inside * dx)))
-        whole = np.pi * radius**2
-        if abs(plate.mirrors.copies * area / whole - 1) < RESOLVED:
-            value.value = force / whole
-            return Load(form=inside * ufl.TestFunction(film.space)[2] * dx)
-    points, weights = np.zeros((1, 2)), np.ones(1)
-    if radius > 0:
-        n = 4 * film.plate.degree
-        s, radial = np.polynomial.legendre.leggauss(n)
-        r, radial = radius * (s + 1) / 2, radial * (s + 1) / 2
-        angle = 2 * np.pi * np.arange(2 * n) / (2 * n)
-        points = np.stack([np.outer(r, np.cos(angle)), np.outer(r, np.sin(angle))], axis=2)
-        points = points.reshape(-1, 2)
-        weights = np.repeat(radial / radial.sum(), 2 * n) / (2 * n)
+    dx = film.plate.dx(2 * film.plate.degree)
+    density = discs.density(film.plate, centre, radius, dx)
+    if density is not None:
+        value = fem.Constant(film.plate.domain.mesh, float(force))
+        return Load(form=value * density * ufl.TestFunction(film.space)[2] * dx)
+    points, weights = discs.rule(centre, radius, 4 * film.plate.degree)
     weights = force * weights / film.plate.mirrors.copies
-    nodal = functional(film.plate, np.asarray(centre) + points, weights)
+    nodal = functional(film.plate, points, weights)
     return Load(nodal=film.deflections_to_state(nodal))
 
 

@@ -26,7 +26,8 @@ MOST_MONOMIALS = 5100  # minutes: order 9 of three masters
 TOLERANCE = 1e-4  # relative error of frequency and motion that a validity is for
 FIRST, GROWTH = 1e-2, 1.15  # sizes at which motions are sampled, in units of displacement
 FARTHEST = 30.0  # units of displacement: no order holds there
-ROUND_OFF = 1e-16  # error that counts as one
+MARGIN = 1.25  # of the estimate: it is one
+HALVINGS = 9  # of the interval in which the range ends
 LEAST = 1e-9  # units of displacement: an amplitude of zero
 WITHOUT_GAIN = 4  # orders without a larger validity after which none is expected
 WHOLE = 4  # parts of the first master's frequency that others may be multiples of
@@ -106,15 +107,20 @@ class Reduced:
         `tolerance`, by an estimate from what the equations of motion leave.
         """
         _, largest = self._samples
-        before = 0.0, 0.0
+        low, unit = 0.0, self.equations.amplitude
         for x in largest[1:]:
-            wrong = float(self.error(x * self.equations.amplitude)[0])
-            if wrong > self.tolerance:
-                place = np.log([self.tolerance, max(before[1], ROUND_OFF), wrong])
-                between = np.interp(place[0], place[1:], [before[0], x])
-                return float(between * self.equations.amplitude)
-            before = x, wrong
-        return float(before[0] * self.equations.amplitude)
+            if self.error(x * unit)[0] * MARGIN <= self.tolerance:
+                low = float(x)
+                continue
+            high = float(x)
+            for _ in range(HALVINGS):
+                middle = (low + high) / 2
+                if self.error(middle * unit)[0] * MARGIN <= self.tolerance:
+                    low = middle
+                else:
+                    high = middle
+            break
+        return low * unit
 
     def error(self, x: ArrayLike) -> Array:
         """Estimated relative error (n,) of frequency or motion, the larger, where the largest q of

@@ -4,14 +4,20 @@ from typing import Any
 
 import attrs
 
+from nanorom.scene.patterns.gate import GateForce, GateStiffness
+from nanorom.scene.patterns.laser import Laser
 from nanorom.scene.patterns.modulation import PaperModulation, TensionModulation
 from nanorom.scene.patterns.pattern import DirectPattern, ParametricPattern, Pattern
 from nanorom.scene.patterns.point import Point
 from nanorom.scene.patterns.pressure import Pressure
 from nanorom.scene.patterns.spot import Spot
 
-_DIRECT: tuple[type[DirectPattern], ...] = (Pressure, Spot, Point)
-_PARAMETRIC: tuple[type[ParametricPattern], ...] = (TensionModulation, PaperModulation)
+_DIRECT: tuple[type[DirectPattern], ...] = (Pressure, Spot, Point, GateForce, Laser)
+_PARAMETRIC: tuple[type[ParametricPattern], ...] = (
+    TensionModulation,
+    PaperModulation,
+    GateStiffness,
+)
 
 DIRECT = {kind.name: kind for kind in _DIRECT}
 PARAMETRIC = {kind.name: kind for kind in _PARAMETRIC}

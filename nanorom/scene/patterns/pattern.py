@@ -14,12 +14,19 @@ from typing import Any, ClassVar, Generic, TypeVar
 import attrs
 import numpy as np
 
+from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene.units import wrong
 from nanorom.types import Array
 
 Force = TypeVar("Force")
 Operator = TypeVar("Operator")
+
+
+NO_GATE = (
+    "drive.voltage: the film has no gate, or its drive is not known here; allowed for a model that "
+    "was reduced with load.voltage (it may be 0) and load.gap"
+)
 
 
 class VirtualWork(ABC, Generic[Force, Operator]):
@@ -45,6 +52,19 @@ class VirtualWork(ABC, Generic[Force, Operator]):
     def proportional(self, force: Force) -> Operator:
         """Of a force on each mode that its amplitude multiplies: diag(force)."""
 
+    @property
+    def gated(self) -> bool:
+        """A gate attracts the film."""
+        return False
+
+    def attraction(self) -> Force:
+        """Of a gate at 1 V^2 of half its square: int eps0/(g - h)^2 phi dA."""
+        raise SceneError(NO_GATE)
+
+    def softening(self) -> Operator:
+        """Of the same, its change with the deflection: int 2 eps0/(g - h)^3 phi phi dA."""
+        raise SceneError(NO_GATE)
+
 
 def _read_position(value: Any) -> tuple[float, ...]:
     position = v.read_quantities(value, "m", "drive.position")
@@ -68,6 +88,7 @@ class Pattern(ABC):
 
     name: ClassVar[str]
     unit: ClassVar[str]  # of the level
+    everywhere: ClassVar[bool] = True  # on every film, else on those with a gate
 
     @classmethod
     def keys(cls) -> tuple[str, ...]:

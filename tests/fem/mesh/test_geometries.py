@@ -13,7 +13,20 @@ CURVED = 1e-9  # of areas bounded by circles, on cells of order 8
 ORDER = 8
 
 HOLES = 13  # lattice points within 1 - 0.1 - 0.15 of the centre at pitch 0.35
+FILLET = 1 - np.pi / 4  # what a fillet adds to a corner, by its radius squared
+CHORD, REACH = 0.3, np.sqrt(1 - 0.3**2)  # half a channel, and where it leaves its drum
+SEGMENT = np.arcsin(CHORD) - CHORD * REACH
+# centres at (i + j/2, j root 3/2)/5 with |x| <= .4, |y| <= .35 but for the middle one: rows of 5, 4
+LATTICE = 4 + 2 * 4 + 2 * 5
 AREAS = {
+    "paddle": ({}, 0.2 + 0.3 * 0.6 + 2 * FILLET * 0.05**2, {"clamp", "free"}),
+    "hbeam": ({}, 2 * 0.06 + 0.2 * 0.1 + 4 * FILLET * 0.03**2, {"ends", "free"}),
+    "drums": (
+        {"count": 3},
+        3 * np.pi - 4 * SEGMENT + 2 * 0.6 * (2.3 - 2 * REACH),
+        {"edge"},
+    ),
+    "phononic": ({}, 0.9 - LATTICE * np.pi * 0.05**2, {"edge", "holes"}),
     "ellipse": ({"a": 1.2, "b": 0.7}, np.pi * 1.2 * 0.7, {"edge"}),
     "annulus": ({"inner": 0.3}, np.pi * (1 - 0.09), {"outer", "inner"}),
     "perforated": ({"pitch": 0.35}, np.pi * (1 - HOLES * 0.01), {"edge", "holes"}),

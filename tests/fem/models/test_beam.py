@@ -7,8 +7,9 @@ from scipy.optimize import brentq
 from nanorom.errors import SceneError, SolverError
 from nanorom.fem.models.beam import Beam, modes
 from nanorom.fem.reduce import reduce_scene
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, String
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Modes, Scene
 from nanorom.scene.support import Support
 

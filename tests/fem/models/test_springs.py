@@ -9,9 +9,10 @@ from nanorom.errors import SceneError
 from nanorom.fem.models.beam import Beam
 from nanorom.fem.models.beam import modes as beam_modes
 from nanorom.fem.reduce import reduce_scene
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, Rectangle, String
 from nanorom.scene.load import Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import (
     Accuracy,
     Modes,

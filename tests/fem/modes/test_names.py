@@ -7,8 +7,9 @@ import pytest
 from nanorom.exact import cases
 from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.fem.reduce import reduce_scene
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from tests.fem.routes.test_sides import film

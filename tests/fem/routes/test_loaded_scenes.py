@@ -10,9 +10,10 @@ from nanorom.fem.tuning import tune
 from nanorom.plots.loads import load_curve
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.rom.model import ReducedModel
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import (
     Accuracy,
     Modes,

@@ -9,9 +9,10 @@ from nanorom.fem.modes import mirrored
 from nanorom.fem.reduce import reduce_scene
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.excitation import Damping
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, MeshFile, Rectangle
 from nanorom.scene.load import Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import (
     Accuracy,
     Modes,

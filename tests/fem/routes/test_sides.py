@@ -8,8 +8,9 @@ import pytest
 from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.routes import plate as route
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Rectangle, String
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from tests.fem.ritz import rectangle

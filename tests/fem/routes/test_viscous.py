@@ -6,8 +6,9 @@ import pytest
 from nanorom.errors import SceneError
 from nanorom.fem.reduce import reduce_scene
 from nanorom.scene.excitation import Damping
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Rectangle
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Edge, Support
 

@@ -7,9 +7,10 @@ from scipy.linalg import eigh
 
 import nanorom
 from nanorom.errors import SolverError
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, String
 from nanorom.scene.load import Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from tests.fem.radial import Disc as Radial

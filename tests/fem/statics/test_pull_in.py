@@ -5,9 +5,10 @@ import pytest
 
 from nanorom.errors import SolverError
 from nanorom.fem.reduce import reduce_scene
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from tests.fem.radial import Disc as Radial

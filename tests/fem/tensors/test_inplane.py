@@ -12,8 +12,9 @@ from nanorom.fem.models import beam
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes import plate as plates
 from nanorom.fem.stopwatch import Stopwatch
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import String
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from nanorom.workflow import reduce

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 import nanorom
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import (
     Disc,
     MeshFile,
     Rectangle,
     String,
 )
+from nanorom.scene.material import Material
 from nanorom.scene.scene import (
     Accuracy,
     Modes,

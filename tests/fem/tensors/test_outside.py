@@ -16,9 +16,10 @@ from nanorom.fem.solvers import algebra
 from nanorom.fem.statics import loads, path
 from nanorom.fem.tensors import loaded
 from nanorom.rom.model import ReducedModel
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Rectangle
 from nanorom.scene.load import Load
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
 from nanorom.scene.support import Support
 from tests.fem.drums import drum

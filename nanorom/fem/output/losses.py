@@ -1,0 +1,113 @@
+"""What takes energy out of a mode, each mechanism by itself: 1/Q by name.
+
+Stored energy is that of bending, stretching and tension together; the material loses of the first
+two alone, so that tension dilutes its loss (Gonzalez and Saulson 1994, doi:10.1121/1.410467;
+Unterreithmeier et al. 2010, doi:10.1103/PhysRevLett.105.027205).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import attrs
+import numpy as np
+
+from nanorom.scene.elasticity import Law, as_law, scaled
+from nanorom.scene.scene import Scene
+
+GAS_CONSTANT = 8.31446261815324  # J/mol/K, exact
+THIN = 0.1  # h by thermal lengths up to which the series of Zener's function has more digits
+
+
+@attrs.frozen(eq=False)
+class Motion:
+    """What losses of L modes follow from, in SI.
+
+    frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L,) N/m: the part of
+    bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
+    bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2.
+    """
+
+    frequency: np.ndarray
+    stiffness: np.ndarray
+    strained: np.ndarray
+    dilated: np.ndarray
+    mass: np.ndarray
+    square: np.ndarray
+
+    @property
+    def omega(self) -> np.ndarray:
+        """Angular frequencies (L,) in rad/s."""
+        return 2 * np.pi * self.frequency
+
+
+def material(scene: Scene, motion: Motion) -> np.ndarray | None:
+    """Loss factor of the modulus times the share of energy that the material stores."""
+    loss = scene.material.loss
+    return loss * motion.strained / motion.stiffness if loss else None
+
+
+def thermoelastic(scene: Scene, motion: Motion) -> np.ndarray | None:
+    """Heat that flows between the compressed and the stretched side of a bent film.
+
+    Lifshitz and Roukes 2000, eq. 40, doi:10.1103/PhysRevB.61.5600; that of plates has the trace of
+    the curvature in its place (Norris and Photiadis 2005, doi:10.1093/qjmam/hbi003).
+    """
+    known, h = scene.material, scene.plate.thickness
+    if known.expansion is None or known.conductivity is None or known.specific_heat is None:
+        return None
+    if not scene.bends_with_loss:
+        return None
+    capacity = known.density * known.specific_heat
+    strength = known.youngs_modulus * known.expansion**2 * known.temperature / capacity
+    xi = h * np.sqrt(motion.omega * capacity / (2 * known.conductivity))
+    return strength * zener(xi) * motion.dilated / motion.stiffness
+
+
+def dilated(scene: Scene) -> Law:
+    """Moments by D of the law whose energy int h^3/12 (beta.kappa)^2/E thermal stress feeds on.
+
+    beta = C (1, 1, 0) is the stress of a strain that is the same in every direction; of an
+    isotropic film E h^3/12/(1 - nu)^2 int (tr kappa)^2.
+    """
+    material, h = scene.material, scene.plate.thickness
+    beta = np.array(material.law) @ [1.0, 1.0, 0.0]
+    unit = material.youngs_modulus * h**3 / 12 / material.bending_stiffness(h)
+    return scaled(as_law(np.outer(beta, beta)), unit)
+
+
+def zener(xi: np.ndarray) -> np.ndarray:
+    """6/xi^2 - 6/xi^3 (sinh xi + sin xi)/(cosh xi + cos xi), in which small xi cancel (n,)."""
+    small = xi < THIN
+    x = np.where(small, 1.0, xi)
+    decay = np.exp(-x)
+    sinh, cosh = (1 - decay**2) / 2, (1 + decay**2) / 2
+    ratio = (sinh + decay * np.sin(x)) / (cosh + decay * np.cos(x))
+    series = xi**2 / 5 - 31 / 3780 * xi**6
+    return np.where(small, series, 6 / x**2 - 6 / x**3 * ratio)
+
+
+def gas(scene: Scene, motion: Motion) -> np.ndarray | None:
+    """Drag of a gas whose molecules meet the film alone, on both sides.
+
+    Christian 1966, doi:10.1016/0042-207X(66)91162-6: 4 p sqrt(2 M/(pi R T)) per area and velocity.
+    """
+    if scene.gas is None:
+        return None
+    speed = np.sqrt(np.pi * GAS_CONSTANT * scene.gas.temperature / (2 * scene.gas.molar_mass))
+    drag = 4 * scene.gas.pressure / speed
+    return drag * motion.square / (motion.mass * motion.omega)
+
+
+Mechanism = Callable[[Scene, Motion], np.ndarray | None]
+MECHANISMS: dict[str, Mechanism] = {
+    "material": material,
+    "thermoelastic": thermoelastic,
+    "gas": gas,
+}
+
+
+def losses(scene: Scene, motion: Motion) -> dict[str, np.ndarray]:
+    """1/Q (L,) of each mechanism that a scene has."""
+    found = {name: mechanism(scene, motion) for name, mechanism in MECHANISMS.items()}
+    return {name: inverse for name, inverse in found.items() if inverse is not None}

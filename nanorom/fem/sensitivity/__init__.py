@@ -1,0 +1,1 @@
+"""Exact derivatives of a reduced model by the numbers of its scene."""

@@ -1,0 +1,1 @@
+"""What plain sweeps and ring-downs tell without a model of the film."""

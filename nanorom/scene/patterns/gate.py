@@ -1,0 +1,42 @@
+"""What an alternating voltage on a gate does, about the state that the gate holds the film in.
+
+Of eps0 (V + v cos omega t)^2/2 (g - h - w)^-2 the terms constant and linear in the motion w at the
+static height h; those of V^2 alone are in the model's own force, of every order that it has.  A
+level is v; `nanorom.rom.patterns.driven` puts the square's harmonics together.
+"""
+
+from __future__ import annotations
+
+import attrs
+
+from nanorom.scene.patterns.pattern import (
+    DirectPattern,
+    Force,
+    Operator,
+    ParametricPattern,
+    VirtualWork,
+)
+
+
+@attrs.frozen
+class GateForce(DirectPattern):
+    """int eps0/(g - h)^2 phi_r dA, the force by half the square of the voltage."""
+
+    name = "gate"
+    unit = "V"
+    everywhere = False
+
+    def force(self, work: VirtualWork[Force, Operator]) -> Force:
+        return work.attraction()
+
+
+@attrs.frozen
+class GateStiffness(ParametricPattern):
+    """int 2 eps0/(g - h)^3 phi_r phi_s dA, by which half the square of the voltage softens."""
+
+    name = "gate"
+    unit = "V"
+    everywhere = False
+
+    def stiffness(self, work: VirtualWork[Force, Operator], force: Force) -> Operator:
+        return work.softening()
