@@ -218,6 +218,14 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     )
     _add_columns(parser)
     parser.add_argument(
+        "--read",
+        metavar="OUTPUT",
+        help='of a response, instead: decibels and phase of a mode (f01) or a point ("1 um, 0 um")',
+    )
+    parser.add_argument(
+        "--harmonic", default="1", help="of the drive's frequency that is read (1); 1/2, 2, ..."
+    )
+    parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
     )
 
