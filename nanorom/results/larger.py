@@ -21,7 +21,7 @@ def estimated(response: Response, model: ReducedModel, question: Question) -> Re
     """
     if model.larger is None:
         return response
-    places = model.larger.places(model.label)
+    places = model.larger.places(model)
     count = len(model.larger.label)
     outside = np.setdiff1d(np.arange(count), places)
     wide = ReducedModel(scene=model.scene, **model.larger.matched(model).arrays())

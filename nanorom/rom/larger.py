@@ -7,6 +7,7 @@ from typing import Any
 import attrs
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from nanorom.files import schema
 from nanorom.files.schema import Family, Item, entries
@@ -14,6 +15,10 @@ from nanorom.rom import tensors
 from nanorom.rom.modal import Modal
 from nanorom.scene.excitation import Damping
 from nanorom.types import Array
+
+# relative difference of frequencies up to which modes may be the same: above the error of the
+# larger model's mesh, below what lies between modes whose shapes have one part in common
+NEAR = 0.01
 
 
 def _of_larger(cls: type, fields: list[Any]) -> list[Any]:
@@ -35,12 +40,13 @@ class Larger(Modal):
         return {name: getattr(self, name) for name in entries(type(self))}
 
     def matched(self, model: Modal) -> Larger:
-        """The same with a reduced model's own arrays where all indices are of its modes.
+        """The same with a reduced model's own arrays and names where all indices are of its modes.
 
         Both may be of different meshes: what an estimate tells is then what modes outside make.
         Raises ValueError if a mode of the model is not there.
         """
-        places, known = self.places(model.label), {}
+        places = self.places(model)
+        known: dict[str, Any] = {"label": _renamed(self.label, places, model.label)}
         for name, entry in entries(type(self)).items():
             whole, own = getattr(self, name), getattr(model, name)
             if isinstance(entry, Item) and entry.kind == "number" and own is not None:
@@ -57,12 +63,32 @@ class Larger(Modal):
             known["outside_cubic"] = _with_block(self.outside_cubic, places, beyond)
         return attrs.evolve(self, **known)
 
-    def places(self, label: tuple[str, ...]) -> NDArray[np.intp]:
-        """Places (L,) of modes by their names; raises ValueError if one is not there."""
-        missing = [name for name in label if name not in self.label]
-        if missing:
-            raise ValueError(f"the larger model has no mode {', '.join(missing)}")
-        return np.array([self.label.index(name) for name in label], dtype=np.intp)
+    def places(self, model: Modal) -> NDArray[np.intp]:
+        """Places (L,) of a model's modes, by frequency, of near ones by name.
+
+        A mixed shape may be named by another of its parts where it is one of more modes.  Raises
+        ValueError if one is not there.
+        """
+        apart = np.abs(self.frequency / model.frequency[:, None] - 1.0)
+        other = np.array(model.label)[:, None] != np.array(self.label)
+        rows, places = linear_sum_assignment(apart + NEAR * other)
+        missing = [model.label[row] for row in rows if apart[row, places[row]] > NEAR]
+        if len(rows) < len(model.label) or missing:
+            raise ValueError(f"the larger model has no mode {', '.join(missing or model.label)}")
+        return np.asarray(places, dtype=np.intp)
+
+
+def _renamed(
+    label: tuple[str, ...], places: NDArray[np.intp], own: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Names of all modes, those at some places by a model's own, no two alike."""
+    given = dict(zip(places.tolist(), own))
+    spare = [label[place] for place in given if label[place] not in own]
+    left = iter(spare)
+    return tuple(
+        given[n] if n in given else next(left) if name in own else name
+        for n, name in enumerate(label)
+    )
 
 
 def _with_block(whole: Array, places: NDArray[np.intp], own: Array) -> Array:
