@@ -5,14 +5,17 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, ParamSpec
 
 from nanorom.errors import NanoromError
 from nanorom.types import Progress
 
 LOG = logging.getLogger("nanorom")
+PAUSE = 1.0  # s between two words of what is under way
+P = ParamSpec("P")
 
 
 @contextmanager
@@ -50,6 +53,19 @@ class Watched:
         LOG.info("%s: %d of %d", stage, done, total)
         if self._show is not None:
             self._show(stage, done, total)
+
+
+def seldom(call: Callable[P, None]) -> Callable[P, None]:
+    """The call, left out where the last one was less than `PAUSE` before."""
+    last = time.monotonic()
+
+    def maybe(*given: P.args, **named: P.kwargs) -> None:
+        nonlocal last
+        if time.monotonic() - last >= PAUSE:
+            last = time.monotonic()
+            call(*given, **named)
+
+    return maybe
 
 
 @contextmanager

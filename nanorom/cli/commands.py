@@ -316,6 +316,11 @@ def plot_command(options: argparse.Namespace) -> None:
 
         measured = MeasuredResponse.from_files(options.data, _columns(options))
     make_directory(directory)
+    if options.read is not None:
+        from nanorom.plots.files import draw_reading
+
+        draw_reading(content, options.file, directory, options.read, options.harmonic)
+        return
     stored.call(kind.draw, content, options.file, directory, measured)
 
 

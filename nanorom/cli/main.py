@@ -23,7 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit status."""
     # Threaded BLAS makes the many small dense operations here several times slower.
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    options = build_parser().parse_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    options = build_parser(given).parse_args(given)
     try:
         with warnings.catch_warnings(), _quiet(not options.debug):
             warnings.showwarning = _show_warning

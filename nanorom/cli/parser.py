@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from nanorom.cli import commands
-from nanorom.export import formats
 
 
 class Command(NamedTuple):
@@ -19,8 +18,11 @@ class Command(NamedTuple):
     options: Callable[[argparse.ArgumentParser], None]
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """The parser of all commands; ``command`` of what it parses runs the one that was given."""
+def build_parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """The parser of all commands; ``command`` of what it parses runs the one that was given.
+
+    arguments : what it is for, if known; commands that are not among them get no options then.
+    """
     parser = argparse.ArgumentParser(
         prog="nanorom",
         description="Reduced-order models of nanomechanical resonators from first principles.",
@@ -32,7 +34,8 @@ def build_parser() -> argparse.ArgumentParser:
     for name, (run, text, options) in COMMANDS.items():
         command = verbs.add_parser(name, parents=[shared], help=text, description=text)
         command.set_defaults(command=run)
-        options(command)
+        if arguments is None or name in arguments:
+            options(command)
     return parser
 
 
@@ -108,6 +111,8 @@ def _respond(parser: argparse.ArgumentParser) -> None:
 
 
 def _export(parser: argparse.ArgumentParser) -> None:
+    from nanorom.export import formats
+
     parser.add_argument("model", type=Path, metavar="FILE", help="rom.h5 or response.h5")
     parser.add_argument(
         "--to",
@@ -212,6 +217,14 @@ def _plot(parser: argparse.ArgumentParser) -> None:
         help="tables to draw over a response: frequency, amplitude (unit), sweep, level",
     )
     _add_columns(parser)
+    parser.add_argument(
+        "--read",
+        metavar="OUTPUT",
+        help='of a response, instead: decibels and phase of a mode (f01) or a point ("1 um, 0 um")',
+    )
+    parser.add_argument(
+        "--harmonic", default="1", help="of the drive's frequency that is read (1); 1/2, 2, ..."
+    )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
     )

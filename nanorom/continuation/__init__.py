@@ -11,6 +11,7 @@ from nanorom.continuation.curves.limit_cycles import limit_cycles
 from nanorom.continuation.curves.locus import Locus, locus
 from nanorom.continuation.curves.phase_resonance import phase_resonance
 from nanorom.continuation.curves.rest import RestPoint, RestStates, rest_states
+from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
@@ -32,6 +33,7 @@ __all__ = [
     "Backbone",
     "Branch",
     "Comb",
+    "Course",
     "Diagram",
     "Drive",
     "FirstOrder",

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from nanorom.continuation.arrays import symmetrise_cubic, symmetrise_quadratic, without_round_off
+from nanorom.continuation.arrays import symmetrise_cubic, symmetrise_quadratic, times
 from nanorom.types import Array, Numbers
 
 ROUND_OFF = 1e-13  # of the largest entry: what a change of coordinates leaves of a zero
@@ -43,13 +43,13 @@ def non_dimensional(
     return ScaledSystem(
         frequency=frequency,
         amplitude=amplitude,
-        damping=without_round_off(arrays["damping"] / frequency),
-        stiffness=without_round_off(arrays["stiffness"] / frequency**2),
-        quadratic=without_round_off(arrays["quadratic"] * (amplitude / frequency**2)),
-        cubic=without_round_off(arrays["cubic"] * (amplitude / frequency) ** 2),
-        loss=without_round_off(arrays["loss"] * (amplitude**2 / frequency)),
-        force=without_round_off(arrays["direct"] / (amplitude * frequency**2)),
-        parametric=without_round_off(arrays["parametric"] / frequency**2),
+        damping=times(arrays["damping"], 1 / frequency),
+        stiffness=times(arrays["stiffness"], 1 / frequency**2),
+        quadratic=times(arrays["quadratic"], amplitude / frequency**2),
+        cubic=times(arrays["cubic"], (amplitude / frequency) ** 2),
+        loss=times(arrays["loss"], amplitude**2 / frequency),
+        force=times(arrays["direct"], 1 / (amplitude * frequency**2)),
+        parametric=times(arrays["parametric"], 1 / frequency**2),
         inertia=np.append(np.ones(modes), np.zeros(len(arrays["damping"]) - modes)),
     )
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from nanorom.continuation.arrays import finite
+from nanorom.continuation.budget import Budget
 from nanorom.errors import ContinuationError
 
 BOUNDS = {  # of settings: beyond them they say nothing, or nothing can be kept
@@ -25,7 +27,8 @@ class Settings:
     tolerance: size of the last harmonics relative to the orbit; series: truncation error of a step;
     depth: generations of branches that bifurcate; steps: most steps on one branch;
     harmonics: most harmonics of the response period; reach: how far, as a factor, a bifurcating
-    branch may leave the frequency range on either side.
+    branch may leave the frequency range on either side; step: called with the rate, in units of
+    the equations, and the period multiple after every step; budget: work of all branches together.
     """
 
     tolerance: float = 5e-10
@@ -34,6 +37,8 @@ class Settings:
     steps: int = 2000
     harmonics: int = 650
     reach: float = 2.0
+    step: Callable[[float, int], None] | None = None
+    budget: Budget | None = None
 
     def __post_init__(self) -> None:
         for name, (low, high) in BOUNDS.items():

@@ -8,6 +8,7 @@ from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.motion import animate
 from nanorom.plots.peaks import peaks_figure
+from nanorom.plots.reading import reading_figure
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
 from nanorom.plots.sensitivity import sensitivity_figure
@@ -24,6 +25,7 @@ __all__ = [
     "load_curve",
     "mode_gallery",
     "motion_figure",
+    "reading_figure",
     "peaks_figure",
     "resonance_figure",
     "response_figure",

@@ -35,7 +35,14 @@ class Curve:
 def stretches(branch: Any, located: list[Any]) -> Iterator[Curve]:
     """Cut a branch where its stability changes; the unstable side closes the gap."""
     omega, amplitude, stable = _with_located(branch, located)
-    omega, amplitude, position = _smooth(omega, amplitude)
+    omega, amplitude, position = smooth(omega, amplitude)
+    yield from pieces(omega, amplitude.clip(min=0), stable, position)
+
+
+def pieces(
+    omega: Array, amplitude: Array, stable: NDArray[np.bool_], position: NDArray[np.int64]
+) -> Iterator[Curve]:
+    """Stretches of a smooth curve, given the stability of points and where in it they are."""
     changes = np.flatnonzero(np.diff(stable)) + 1
     ends = [0, *changes, len(stable)]
     for start, stop in zip(ends[:-1], ends[1:]):
@@ -67,13 +74,13 @@ def _with_located(branch: Any, located: list[Any]) -> tuple[Array, Array, NDArra
     return omega, amplitude, stable
 
 
-def _smooth(omega: Array, amplitude: Array) -> tuple[Array, Array, NDArray[np.int64]]:
+def smooth(omega: Array, amplitude: Array) -> tuple[Array, Array, NDArray[np.int64]]:
     """A smooth curve through the points of a branch, and where in it the points are.
 
     The steps of a continuation are long where the branch is easy to predict, too long for straight
     lines. Akima's interpolation stays local and does not overshoot.
     """
-    width, height = np.ptp(omega), amplitude.max(initial=0.0)
+    width, height = np.ptp(omega), np.abs(amplitude).max(initial=0.0)
     if len(omega) < FEWEST or width == 0 or height == 0:
         return omega, amplitude, np.arange(len(omega))
     points = np.column_stack([omega / width, amplitude / height])
@@ -82,7 +89,7 @@ def _smooth(omega: Array, amplitude: Array) -> tuple[Array, Array, NDArray[np.in
     index = np.arange(FINER * (len(omega) - 1) + 1) / FINER
     fine = np.interp(index, np.arange(len(omega)), length)
     curve = Akima1DInterpolator(length, np.column_stack([omega, amplitude]))(fine)
-    return curve[:, 0], curve[:, 1:].clip(min=0), FINER * np.arange(len(omega))
+    return curve[:, 0], curve[:, 1:], FINER * np.arange(len(omega))
 
 
 def line_style(stable: bool) -> dict[str, Any]:

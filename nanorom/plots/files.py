@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nanorom.errors import FileError
 from nanorom.plots.effective import effective_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
+from nanorom.plots.reading import reading_figure
 from nanorom.plots.response import amplitude_panels, response_figure
 from nanorom.plots.verified import verified_figure
+from nanorom.scene.fields import read_quantities
+from nanorom.scene.units import wrong
 
 if TYPE_CHECKING:
     from nanorom.measurement.data import MeasuredResponse
     from nanorom.results.effective import Effective
     from nanorom.results.loadcurve import LoadCurve
+    from nanorom.results.readings import Output
     from nanorom.results.response import Response
     from nanorom.results.verified import Verified
     from nanorom.rom.model import ReducedModel
@@ -35,6 +39,26 @@ def draw_response(
     """response.png, over which measured data are drawn, and amplitudes.png, mode by mode."""
     response_figure(response, folder / "response.png", measured)
     amplitude_panels(response, folder / "amplitudes.png")
+
+
+def draw_reading(content: Any, path: Path, folder: Path, output: str, harmonic: str) -> None:
+    """reading.png: decibels and phase of a mode, by its name, or of a point, "1 um, 0.5 um".
+
+    Raises FileError for a file that is no response; for a point, without its model beside it.
+    """
+    from nanorom.results.beside import MODEL, model_beside
+    from nanorom.results.response import Response
+
+    if not isinstance(content, Response):
+        raise FileError(f"{path}: --read goes with a response.h5 alone")
+    place: Output = output
+    if "," in output:
+        x, y = _point(output)
+        shapes = model_beside(content, path).shapes
+        if shapes is None:
+            raise FileError(f"{path.with_name(MODEL)}: keeps no shapes, which a point needs")
+        place = shapes.at((x, y))
+    reading_figure(content, place, harmonic, folder / "reading.png", output)
 
 
 def draw_verified(
@@ -59,6 +83,14 @@ def draw_load_curve(
     """A picture of the file's name: deflection and frequencies against the load."""
     _no_data(path, measured)
     load_curve(curve, folder / path.with_suffix(".png").name)
+
+
+def _point(text: str) -> tuple[float, ...]:
+    """x and y in m; raises SceneError."""
+    found = read_quantities(text.split(","), "m", "--read")
+    if len(found) != 2:
+        raise wrong("--read", text, 'x and y such as "1 um, 0 um"')
+    return found
 
 
 def _no_data(path: Path, measured: MeasuredResponse | None) -> None:

@@ -61,14 +61,14 @@ def response_figure(
     """
     figure = Figure(figsize=(COLUMN, 0.82 * COLUMN), layout="constrained")
     axes = figure.add_subplot()
-    length, frequency = _length_unit(response, _total), _frequency_unit(response)
+    length, frequency = _length_unit(response, _total), frequency_unit(response)
     _draw(axes, response, _total, length, frequency)
     modes = _take_part(response)
     whose = "|q| of all modes" if len(modes) > 1 else f"of {response.label[modes[0]]}"
     axes.set_ylabel(f"amplitude {whose} ({length[1]})")
     axes.set_xlabel(f"drive frequency ({frequency[1]})")
     handles = [] if measured is None else draw_measured(axes, measured, length, frequency)
-    _legend(axes, response, more=handles)
+    legend(axes, response, more=handles)
     if path is not None:
         save(figure, path)
     return figure
@@ -101,7 +101,7 @@ def comparison_figure(
         name_lines(axes, list(places.values()), list(places))
         axes.label_outer()
     panels[-1].set_xlabel("drive frequency / f01")
-    _legend(panels[0], response, MOTION_CHANGES, levels, 0.24)
+    legend(panels[0], response, MOTION_CHANGES, levels, 0.24)
     if path is not None:
         save(figure, path)
     return figure
@@ -111,7 +111,7 @@ def comparison_figure(
 def amplitude_panels(response: Response, path: str | Path | None = None) -> Figure:
     """Draw max |q_r| against drive frequency, a panel per mode that takes part."""
     modes = _take_part(response)
-    frequency = _frequency_unit(response)
+    frequency = frequency_unit(response)
     height = 0.62 * len(modes) + 0.9
     figure = Figure(figsize=(COLUMN, height), layout="constrained")
     panels = figure.subplots(len(modes), 1, sharex=True, squeeze=False)[:, 0]
@@ -123,7 +123,7 @@ def amplitude_panels(response: Response, path: str | Path | None = None) -> Figu
         axes.locator_params(axis="y", nbins=3)
     figure.align_ylabels(panels)
     panels[-1].set_xlabel(f"drive frequency ({frequency[1]})")
-    _legend(panels[0], response)
+    legend(panels[0], response)
     if path is not None:
         save(figure, path)
     return figure
@@ -158,7 +158,7 @@ def _length_unit(response: Response, measure: Measure) -> tuple[float, str]:
     return scaled(_largest(response, measure), "m")
 
 
-def _frequency_unit(response: Response) -> tuple[float, str]:
+def frequency_unit(response: Response) -> tuple[float, str]:
     factor, unit = scaled(max(response.sweep.hertz(float(response.frequency[0]))), "Hz")
     return factor / (2 * np.pi), unit
 
@@ -173,7 +173,7 @@ def _draw(
     shift: float = 0.0,
 ) -> None:
     """Draw every level, the higher ones moved up by ``shift`` each."""
-    levels = list(zip(_colours(response), response.diagrams))
+    levels = list(zip(colours(response), response.diagrams))
     start, stop = (2 * np.pi * f for f in response.sweep.hertz(float(response.frequency[0])))
     # low levels lie within high ones: draw them on top
     for place, (colour, diagram) in reversed([*enumerate(levels)]):
@@ -214,7 +214,8 @@ def _draw(
         axes.spines[side].set_visible(False)
 
 
-def _colours(response: Response) -> Any:
+def colours(response: Response) -> Any:
+    """Of the levels, (n, 4)."""
     count = len(response.diagrams)
     return viridis(np.linspace(0, BRIGHTEST, count) if count > 1 else [0.3])
 
@@ -229,7 +230,7 @@ def _level_names(response: Response) -> list[str]:
     ]
 
 
-def _legend(
+def legend(
     axes: Any,
     response: Response,
     kinds: Collection[str] = KINDS,
@@ -240,7 +241,7 @@ def _legend(
     """One legend above the axes: levels, line styles, and the special points that occur."""
     handles = [
         Line2D([], [], color=colour, label=name)
-        for colour, name in zip(_colours(response), names or _level_names(response))
+        for colour, name in zip(colours(response), names or _level_names(response))
     ]
     if any(not np.all(b.stable) for d in response.diagrams for b in d.branches):
         handles.append(Line2D([], [], color=NEUTRAL, label="stable"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,10 @@ import attrs
 import h5py
 import numpy as np
 
-from nanorom.continuation import Diagram, ModalSystem, add_isolas, explore_each
+from nanorom.continuation import Course, Diagram, ModalSystem, add_isolas, explore_each
 from nanorom.errors import AccuracyWarning, FileError
 from nanorom.files import hdf5
-from nanorom.launch import interactive, watched
+from nanorom.launch import interactive, seldom, watched
 from nanorom.results.diagram_file import read_diagram
 from nanorom.results.larger import estimated
 from nanorom.results.question import Question
@@ -32,6 +32,7 @@ from nanorom.rom.model import ReducedModel
 from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
+from nanorom.scene.units import with_unit
 from nanorom.types import Progress
 from nanorom.version import version
 
@@ -53,7 +54,8 @@ def respond(
     ----------
     model : reduced model; its own damping is used unless ``damping`` is given.
     drive, sweep : levels and range, as in a scene.
-    progress : called as progress("drive levels", done, total) after every level.
+    progress : called as progress("drive levels", done, total) after every level, and every second
+        with what a level under way has come to in place of "drive levels".
     processes : how many levels are followed at once, None for one per core.
     path : `response.h5`, to which every level is saved as it is finished. Levels that an
         interrupted run with the same model and excitation left there are not computed again.
@@ -78,9 +80,10 @@ def respond(
     with watched(progress) as told, growing(empty, key, found) as file:
         told("drive levels", len(found), total)
         try:
-            levels = list(missing.values())
-            for place, diagram in explore_each(system, omega, levels, processes, **options):
-                number = list(missing)[place]
+            levels, numbers = list(missing.values()), list(missing)
+            given = system, omega, levels, processes, _watch(told, numbers, found, total)
+            for place, diagram in explore_each(*given, **options):
+                number = numbers[place]
                 found[number] = diagram
                 if path is not None:
                     add(file, path, number, diagram, empty)
@@ -90,11 +93,43 @@ def respond(
                 raise
             return _interrupted(empty, found)
     diagrams = [found[number] for number in range(total)]
-    whole = add_isolas(system, omega, diagrams, processes, **options)
-    response = estimated(attrs.evolve(empty, diagrams=tuple(whole)), model, question)
-    if path is not None and (whole != diagrams or response.estimates):
+    response = _whole(empty, diagrams, model, question, processes)
+    if path is not None and (list(response.diagrams) != diagrams or response.estimates):
         response.save(path, key)
     return response
+
+
+def _whole(
+    empty: Response,
+    diagrams: list[Diagram],
+    model: ReducedModel,
+    question: Question,
+    processes: int | None,
+) -> Response:
+    """The response with its isolas and estimates."""
+    system, omega, options = question.of(model)
+    whole = add_isolas(system, omega, diagrams, processes, **options)
+    return estimated(attrs.evolve(empty, diagrams=tuple(whole)), model, question)
+
+
+def _watch(
+    told: Progress, numbers: Sequence[int], found: Mapping[int, Diagram], total: int
+) -> Callable[[int, Course], None]:
+    """Tells now and then what levels under way, of these numbers, have come to."""
+
+    @seldom
+    def watch(place: int, course: Course) -> None:
+        told(_stage(numbers[place], course), len(found), total)
+
+    return watch
+
+
+def _stage(number: int, course: Course) -> str:
+    """What a level, by its number from 0, has come to, in words."""
+    at = with_unit(course.omega / (2 * np.pi), "Hz", 4)
+    branches = f"{course.branches} branch" + "es" * (course.branches != 1)
+    points = f"{course.points} special point" + "s" * (course.points != 1)
+    return f"drive level {number + 1}: {branches}, {points}, at {at}"
 
 
 def _interrupted(empty: Response, found: Mapping[int, Diagram]) -> Response:

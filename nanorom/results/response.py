@@ -17,6 +17,7 @@ from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.stored import Reader, Writer
 from nanorom.results import diagram_file, table
 from nanorom.results.estimates import Estimates
+from nanorom.results.readings import Output
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Excitation, Sweep
 from nanorom.scene.fields import parse_toml
@@ -88,12 +89,17 @@ class Response:
         errors = [float(known.error.max(initial=0.0)) for known in self.estimates]
         return max(errors, default=float("nan"))
 
-    def table(self) -> dict[str, Any]:
+    def table(self, output: Output | None = None, harmonic: object = 1) -> dict[str, Any]:
         """Every point of every branch, and every special point, as columns (n,) by name.
 
+        output : "f01", the place of a mode from 0, or values (L,) of the mode shapes at a point of
+            the film, `model.shapes.at((1e-6, 0.0))`: adds its quadratures, phase and decibels
+        harmonic : of the drive's frequency; "1/2" for what has twice its period
+
         `nanorom.results.table.columns` says which, and their units; `pandas.DataFrame` takes it.
+        Raises ContinuationError for an output or a harmonic that is not there.
         """
-        return table.columns(self)
+        return table.columns(self, output, harmonic)
 
     @property
     def excitation(self) -> str:

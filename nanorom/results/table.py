@@ -7,19 +7,30 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nanorom.continuation import Readout
+from nanorom.results import readings
+from nanorom.results.readings import Output
+
 if TYPE_CHECKING:
     from nanorom.results.response import Response
 
 COLUMNS = ("level", "direct", "parametric", "branch", "period", "stable", "special", "frequency")
 
 
-def columns(response: Response) -> dict[str, Any]:
+def columns(
+    response: Response, output: Output | None = None, harmonic: object = 1
+) -> dict[str, Any]:
     """The columns by name, each (n,): a row per point.
+
+    output, harmonic : as for `readings.reading`: adds what a lock-in amplifier reads
 
     level : number of the drive level, from 1; direct, parametric : that level, in its unit
         (``response.drive.units``); branch : number of the branch, from 0; period : of the orbit, in
         periods of the drive; stable : 1, 0, or -1 at special points; special : "" or "LP", ...;
         frequency : of the drive, in Hz; amplitude of MODE : max |q_r| in m, one column per mode.
+    With an output, x and y : what goes with cos(k omega t) and -sin(k omega t), in m; phase : ahead
+    of cos(k omega t), in rad, without jumps along a branch; decibel : of 1 nm.
+    Raises ContinuationError for an output or a harmonic that is not there.
     """
     rows = list(_rows(response))
     table: dict[str, Any] = {
@@ -30,7 +41,20 @@ def columns(response: Response) -> dict[str, Any]:
     amplitude = np.concatenate([row[-1].reshape(-1, size) for row in rows]) if rows else []
     for name, values in zip(response.label, np.reshape(amplitude, (-1, size)).T):
         table[f"amplitude of {name}"] = values
+    if output is not None:
+        read = [readings.columns(each) for each in _readings(response, output, harmonic)]
+        for name in readings.COLUMNS:
+            table[name] = np.concatenate([each[name] for each in read]) if read else np.empty(0)
     return table
+
+
+def _readings(response: Response, output: Output, harmonic: object) -> Iterator[Readout]:
+    """In the order of `_rows`."""
+    for diagram in response.diagrams:
+        for branch in diagram.branches:
+            yield readings.reading(response, branch, output, harmonic)
+        for point in diagram.special_points:
+            yield readings.reading(response, point, output, harmonic)
 
 
 def headings(response: Response) -> dict[str, str]:

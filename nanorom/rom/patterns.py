@@ -58,12 +58,12 @@ class DrawnWork(ModalWork):
         """J (L,) in N of a force per area at level 1."""
         return self._integral(self.shapes.values * pattern.density(self.shapes.points[:, :2]))
 
-    def point(self, position: tuple[float, float]) -> Array:
-        """J (L,) in N of one newton at (x, y) in m; raises SceneError beside the film."""
+    def point(self, position: tuple[float, float], key: str) -> Array:
+        """J (L,) in N of one newton at (x, y) in m; raises SceneError by its key off the film."""
         try:
             return self.shapes.at(position)
         except ModelError as error:
-            raise SceneError(f"drive.{error}") from None
+            raise SceneError(f"{key}: it is not on the film") from error
 
     def stretch(self, tension: float = 1.0) -> Array:
         """P (L, L) in N/m of a change of tension in N/m."""

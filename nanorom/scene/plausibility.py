@@ -10,6 +10,7 @@ import numpy as np
 
 from nanorom.errors import SceneError
 from nanorom.scene.geometry import Disc, Rectangle, String
+from nanorom.scene.patterns import PARAMETRIC
 from nanorom.scene.scene import Scene
 
 THICKEST = 0.5  # of the film's width: beyond it nothing is left of a film
@@ -19,6 +20,7 @@ STRAINED = 0.01  # of the tension: few materials bear more
 FREQUENCIES = 1.0, 100e9  # Hz
 DENSITIES = 100.0, 25e3  # kg/m^3, from foams to osmium
 LONGEST = 10.0  # m
+OUT_OF_REACH = 100.0  # times the lowest frequency, to its order of magnitude, either way
 CLAMPED_DISC = 14.682  # critical compression of a clamped disc by D/R^2
 
 Span = tuple[float, float]  # shorter and longer side of the film, in m
@@ -96,12 +98,35 @@ def notes(scene: Scene, span: Span) -> list[str]:
             f"frequencies: the lowest will be of the order of {frequency:.1g} Hz, outside "
             f"{FREQUENCIES[0]:g} Hz to {FREQUENCIES[1] / 1e9:g} GHz; were other units meant?"
         )
+    found += _excited(scene, frequency)
     critical = _buckles(scene)
     if critical is not None:
         found.append(
             f"tension: found {scene.tension.x:g} and {scene.tension.y:g} N/m; the flat film "
             f"buckles under any compression beyond {critical:.3g} N/m, however it is held"
         )
+    return found
+
+
+def _excited(scene: Scene, frequency: float) -> list[str]:
+    """Remarks on drive and sweep, given the order of magnitude of the lowest frequency in Hz."""
+    found = []
+    drive, sweep, largest = scene.drive, scene.sweep, scene.tension.largest
+    if drive is not None and PARAMETRIC[drive.parametric_pattern].unit == "N/m":
+        level = max(drive.parametric)
+        if 0 < largest < level and scene.load is None:
+            found.append(
+                f"drive.parametric: modulates the tension by {level:g} N/m, more than the "
+                f"{largest:g} N/m that there is: the film is slack in part of every period, and a "
+                "response may end at one of its budgets; was mN/m meant?"
+            )
+    for key, end in () if sweep is None else (("from", sweep.start), ("to", sweep.stop)):
+        ratio = end.hertz(frequency) / frequency
+        if not 1 / OUT_OF_REACH <= ratio <= OUT_OF_REACH:
+            found.append(
+                f"sweep.{key}: {end} is of the order of {ratio:.1g} times the lowest frequency, "
+                f"far from where anything happens; was another unit than Hz meant?"
+            )
     return found
 
 

@@ -153,7 +153,12 @@ def _factor(name: str, key: str) -> tuple[Decimal, dict[str, float]]:
 
 
 def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
-    """Factor and prefixed unit in which the largest of the values is 1 ... 1000."""
+    """Factor and prefixed unit in which the largest of the values is 1 ... 1000.
+
+    A ratio, of unit "1", stays what it is.
+    """
+    if unit in ("", "1"):
+        return 1.0, ""
     if unit == "kg":  # whose prefixes are those of g
         factor, name = scaled(1e3 * np.asarray(values, dtype=float), "g")
         return 1e3 * factor, name
@@ -198,4 +203,4 @@ def _positional(value: float, digits: int, trim: Literal["k", "-"]) -> str:
 def with_unit(value: float, unit: str, digits: int = 4, trim: Literal["k", "-"] = "-") -> str:
     """A value with prefixed unit, "21.15 MHz"; trim "k" keeps trailing zeros."""
     factor, name = scaled(value, unit)
-    return f"{_positional(value * factor, digits, trim)} {name}"
+    return f"{_positional(value * factor, digits, trim)} {name}".rstrip()

@@ -73,7 +73,7 @@ class FilmWork(VirtualWork[Forces, Operators]):
                 found[parity] += sign * pushed
         return found
 
-    def point(self, position: tuple[float, float]) -> Forces:
+    def point(self, position: tuple[float, float], key: str) -> Forces:
         film = self.film
         place = np.array(position) / film.scales.length
         for flip, signs in _copies(film):
@@ -81,7 +81,7 @@ class FilmWork(VirtualWork[Forces, Operators]):
             if cells[0] >= 0:
                 pushed = _at(film, cells, reference, np.ones(1)) / film.plate.mirrors.copies
                 return {parity: sign * pushed for parity, sign in signs.items()}
-        raise SceneError("drive.position: it is not on the film")
+        raise SceneError(f"{key}: it is not on the film")
 
     def stretch(self, tension: float = 1.0) -> Operators:
         discrete = self.film.discrete

@@ -175,7 +175,7 @@ def test_wide_spot_is_a_uniform_pressure(model):
 
 def test_point_gives_the_shapes_there(model):
     x = 0.37 * RADIUS
-    found = patterns.DrawnWork(model.shapes).point((x, 0.0))
+    found = patterns.DrawnWork(model.shapes).point((x, 0.0), "drive.position")
     zero = jn_zeros(1, 1)[0]
     peak = j1(1.8411837813)  # the maximum of J1
     expected = {"f01": j0(jn_zeros(0, 1)[0] * 0.37), "f11c": j1(zero * 0.37) / peak, "f11s": 0.0}

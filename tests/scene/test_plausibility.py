@@ -7,6 +7,8 @@ import pytest
 
 from nanorom.errors import SceneError
 from nanorom.scene import plausibility
+from nanorom.scene.drive import Drive
+from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.load import Load
 from nanorom.scene.scene import (
     Disc,
@@ -35,13 +37,24 @@ STRING = attrs.evolve(
 )
 
 
+def excited(drive, sweep=None):
+    """What makes a driven scene of the drum."""
+    sweep = sweep or Sweep("0.8 f1", "2.9 f1")
+    return {"drive": drive, "sweep": sweep, "damping": Damping(quality_factor=180)}
+
+
 def noted(scene):
     span = plausibility.span_of(scene)
     plausibility.check(scene, span)
     return plausibility.notes(scene, span)
 
 
-@pytest.mark.parametrize("scene", [DRUM, STRING, attrs.evolve(DRUM, load=Load(pressure="1 MPa"))])
+PAPER = attrs.evolve(DRUM, **excited(Drive("40 Pa", "6 mN/m"), Sweep("19 MHz", "90 MHz")))
+
+
+@pytest.mark.parametrize(
+    "scene", [DRUM, STRING, PAPER, attrs.evolve(DRUM, load=Load(pressure="1 MPa"))]
+)
 def test_devices_are_not_remarked_on(scene):
     assert noted(scene) == []
 
@@ -74,6 +87,10 @@ def test_what_cannot_be_is_refused_by_its_key(changes, key, told):
             {"tension": Tension(0.3), "load": Load(stress="-100 MPa")},
             "tension: .* buckles",
         ),
+        (excited(Drive("40 kPa", "6 N/m")), "drive.parametric: .* 6 N/m, more than the 0.321 N/m"),
+        (excited(Drive("5 Pa"), Sweep(19, 26)), "sweep.to: 26.0 Hz .* another unit than Hz"),
+        (excited(Drive("5 Pa"), Sweep("1 Hz", "30 MHz")), "sweep.from: 1.0 Hz .* another unit"),
+        (excited(Drive("5 Pa"), Sweep("0.8 f1", "900 f1")), "sweep.to: 900.0 f1 .* 9e"),
     ],
 )
 def test_what_is_hardly_meant_is_remarked_on(changes, told):

@@ -23,6 +23,8 @@ AT_END = 1e-6  # of the orbit: residual at the end of a step
 LITTLE = 1e-3  # damping, as 1/Q, below which it bounds the accuracy
 SMALL_CHANGE = 1e-2  # of the damping: last change, which the next one would square
 SMALL_FORCE = 1e-5  # of the damping force: residual, and truncation of a series
+BESIDE = 2e-2  # of the damping, that multipliers which meet may be off by
+MULTIPLIERS = (1e-11, 1e-8)  # finest and coarsest truncation of them
 TERMS = 1e-13  # of the orbit: round-off of a residual with all its terms
 ROUND_OFF = 1e-15  # of the orbit: round-off of a change, before it is divided by the damping
 
@@ -73,3 +75,10 @@ def least_loss(system: ScaledSystem) -> float:
         return 1.0
     values = free_motions(system, np.zeros(size))[0]
     return float(np.clip((2 * np.abs(values.real) / np.abs(values)).min(), ROUND_OFF, 1.0))
+
+
+def truncation(system: ScaledSystem) -> float:
+    """To what multipliers are to be known that tell where special points may be: where two meet,
+    each is off by the root.
+    """
+    return float(np.clip((BESIDE * least_loss(system)) ** 2, *MULTIPLIERS))

@@ -105,6 +105,8 @@ class Path:
         """How many points each step is to have; fewer than the phases ask for, if those are so many
         that their periods together would cost too much.
         """
+        if self.tracer.ending == "work":
+            return [1] * len(self.steps)
         least = LEAST_POINTS if self.tracer.system.size <= FEW_MODES else LEAST_POINTS // 2
         ends = np.array([[step.rate(step.start), step.rate(step.length)] for step in self.steps])
         phases = 2 * np.pi / ends * self.floquet.fastest

@@ -154,9 +154,22 @@ class Tracer:
         last = march.start[0]
         for (here, _), (last, _) in march:  # noqa: B007
             yield here
+            if self._told(here):
+                march.ending = "work"
+                break
         if march.ending != "end":
             self.ending = march.ending
         yield last
+
+    def _told(self, series: Series) -> bool:
+        """Tell of a step; whether there is to be no further one."""
+        settings = self.settings
+        if settings.step is not None:
+            settings.step(series.rate(series.length), self.period_multiple)
+        if settings.budget is None:
+            return False
+        settings.budget.step(series.balance.basis.size)
+        return settings.budget.spent
 
     def _advance(
         self, rate_range: tuple[float, float], here: tuple[Series, bool], part: float

@@ -72,17 +72,39 @@ def backbone(
     """
     if not 0 <= mode < system.size:
         raise ContinuationError(f"mode: {mode} does not exist; there are {system.size} from 0")
-    scaled = _conservative(system.scaled())
-    values, vectors = np.linalg.eig(scaled.stiffness)
-    chosen = np.argsort(values.real)[mode]
-    frequency, shape = float(np.sqrt(values.real[chosen])), vectors[:, chosen].real
-    shape = shape / np.abs(shape).max()
+    scaled = conservative(system.scaled())
+    frequency, shape = linear_mode(scaled, mode)
     if omega is None:
         limits = (LOWEST * frequency, HIGHEST * frequency)
     else:
         low, high = check_range(omega)
         limits = (low / scaled.frequency, high / scaled.frequency)
-    tracer = _even_tracer(scaled, shape, Settings(tolerance=tolerance, steps=steps))
+    most = np.inf if amplitude is None else amplitude / scaled.amplitude
+    settings = Settings(tolerance=tolerance, steps=steps)
+    return _result(system, scaled, free_orbits(scaled, (frequency, shape), limits, settings, most))
+
+
+def linear_mode(scaled: ScaledSystem, mode: int) -> tuple[float, Array]:
+    """Frequency and shape (L,) of a linear mode, by number from the lowest."""
+    values, vectors = np.linalg.eig(scaled.stiffness)
+    chosen = np.argsort(values.real)[mode]
+    shape = vectors[:, chosen].real
+    return float(np.sqrt(values.real[chosen])), shape / np.abs(shape).max()
+
+
+def free_orbits(
+    scaled: ScaledSystem,
+    linear: tuple[float, Array],
+    limits: tuple[float, float],
+    settings: Settings,
+    most: float = np.inf,
+) -> list[Orbit]:
+    """Free orbits of a conservative system, from a linear mode (frequency and shape) on, in order.
+
+    Raises ContinuationError if none is found.
+    """
+    frequency, shape = linear
+    tracer = _even_tracer(scaled, shape, settings)
     start = np.zeros((7, scaled.size))
     start[1] = FIRST_AMPLITUDE * shape
     direction = np.zeros_like(start)
@@ -93,7 +115,6 @@ def backbone(
         return np.append(packed, 0.0)
 
     orbit, _ = tracer.solve(Orbit(start, frequency, 1), along_mode)
-    most = np.inf if amplitude is None else amplitude / scaled.amplitude
     orbits = []
     for series in tracer.follow(orbit, direction, limits):
         points = [tracer.orbit(series, f * series.length) for f in PARTS]
@@ -102,10 +123,11 @@ def backbone(
             break
     else:
         orbits.append(tracer.orbit(series, series.length))
-    return _result(system, scaled, orbits)
+    return orbits
 
 
-def _conservative(system: ScaledSystem) -> ScaledSystem:
+def conservative(system: ScaledSystem) -> ScaledSystem:
+    """The equations of the modes without damping and drive."""
     zero = np.zeros_like
     system = system.restrict(np.flatnonzero(system.inertia))
     return replace(

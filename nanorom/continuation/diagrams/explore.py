@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,8 +15,10 @@ from nanorom.continuation.branches.start import (
     follow_closed,
 )
 from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
+from nanorom.continuation.diagrams.subharmonics import stretches
 from nanorom.continuation.diagrams.window import Window
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
@@ -32,6 +34,7 @@ SAME_FREQUENCY = 1e-6  # of a bifurcation found on two branches
 SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves it
 LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
 HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
+UNSTABLE = 100.0  # multiplier beyond which an orbit that nothing leads to is not followed
 SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
@@ -50,6 +53,7 @@ def explore(
     seeds: Sequence[PeriodicOrbit] = (),
     folds: Sequence[PeriodicOrbit] = (),
     known: Diagram | None = None,
+    watch: Callable[[Course], None] | None = None,
 ) -> Diagram:
     """All branches of periodic orbits that are connected to the response from rest, with their
     special points.
@@ -78,10 +82,8 @@ def explore(
         As seeds, orbits near folds of such branches.
     known : Diagram
         The diagram of this level, if it was explored before: only what the seeds lead to is added.
-
-    Returns
-    -------
-    Diagram
+    watch : callable
+        Told after every step what the diagram has come to.
 
     Raises
     ------
@@ -93,8 +95,8 @@ def explore(
         tolerance=tolerance, depth=depth, steps=steps, harmonics=harmonics, reach=reach
     )
     scaled = with_symmetries(system.scaled(direct, parametric))
-    explorer = _Explorer(Record(scaled, (low, high), settings), (direct, parametric))
-    return explorer.diagram(known, seeds, folds)
+    record = Record(scaled, (low, high), settings, watch)
+    return _Explorer(record, (direct, parametric)).diagram(known, seeds, folds)
 
 
 class _Explorer:
@@ -112,6 +114,7 @@ class _Explorer:
             if known is None:
                 self._base()
                 self._bifurcating()
+                self._subharmonic()
             else:
                 self.record.begin_with(known)
             return self._with_isolas(seeds, folds)
@@ -120,6 +123,24 @@ class _Explorer:
                 f"numbers that are no longer finite, or a singular matrix ({error}); "
                 "allowed: a weaker drive, or a range farther from such motion"
             ) from None
+
+    def _subharmonic(self) -> None:
+        """Branches of one, three and five periods of the drive that nothing leads to."""
+        try:
+            for stretch in stretches(self.scaled, self.record.range, self.settings.reach):
+                if self.record.spent:
+                    why = (
+                        f"orbits of {stretch.order} period(s): not looked for, as said of branches"
+                    )
+                    self.record.leave("start", stretch.omega, why)
+                    continue
+                if not any(self._isolated(start, alone=True) for start in stretch.starts):
+                    why = f"orbits of {stretch.order} period(s) may be near; none was found"
+                    self.record.leave("start", stretch.omega, why)
+                self._bifurcating()
+        except ContinuationError as error:
+            why = f"apart from others, orbits were not looked for everywhere: {error}"
+            self.record.leave("start", self.record.range[0], why)
 
     def _with_isolas(
         self, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
@@ -189,41 +210,51 @@ class _Explorer:
             return tracer.orbit(steps[-1], steps[-1].length)
         return self.record.scaled_orbit(self.record.branches[-1].orbit(-1))
 
-    def _isolated(self, seed: Orbit, support: Support | None = None, at_fold: bool = False) -> None:
-        """The branch near an orbit, say of another level, unless there is none or it is known."""
+    def _isolated(
+        self,
+        seed: Orbit,
+        support: Support | None = None,
+        at_fold: bool = False,
+        alone: bool = False,
+    ) -> bool:
+        """The branch near an orbit, say of another level, unless it is known; whether there is
+        one.
+        """
         p = seed.period_multiple
         low, high = self.record.range
         if not low < seed.omega < high and p == 1:
-            return
+            return False
         if support is None:
             support = full_support(self.scaled, p)
         if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
             support = forced_support(self.scaled)
         tracer = Tracer(self.scaled, support, p, self.settings)
-        rates = self.record.rates(p, p > 1)
+        rates = self.record.rates(p, p > 1 and not alone)
         try:
             if at_fold:
                 orbit = beside_fold(tracer, seed, rates)
             else:
                 orbit, _ = tracer.solve(seed, fixed_rate)
         except ContinuationError as error:
-            if not self.record.known:  # a level need not have what another one has
+            if not alone and not self.record.known:  # a level need not have what another one has
                 self.record.leave("start", seed.omega, f"from a seed: {error}")
-            return
-        if _is_shorter(orbit) or not self.record.is_new(orbit):
-            return
+            return False
+        if _is_shorter(orbit):
+            return False
+        if not self.record.is_new(orbit) or (alone and self._is_unstable(orbit, support)):
+            return True
         steps = follow_closed(tracer, orbit, 1.0, rates)
         if tracer.ending != "closed":  # from end to end
             steps = follow_closed(tracer, orbit, -1.0, rates) or steps
         if not steps:
-            return
+            return False
         if tracer.ending != "closed":
             end = tracer.orbit(steps[-1], steps[-1].length)
             slope = steps[-1].rate_slope(steps[-1].length)
             steps = follow_closed(tracer, end, -1.0 if slope > 0 else 1.0, rates)
-        if not steps or self.record.is_known(tracer, steps):
-            return
-        self.record.add(tracer, steps, None, 0 if p == 1 else 1)
+        if steps and not self.record.is_known(tracer, steps):
+            self.record.add(tracer, steps, None, 0 if p == 1 else 1)
+        return bool(steps)
 
     def _switch(self, node: Node) -> None:
         if node.reached and node.kind.period_factor > 1:
@@ -307,6 +338,12 @@ class _Explorer:
         self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
         if ended is not None:  # on a branch that may not be known yet
             self._isolated(bifurcation.symmetric(ended), bifurcation.shorter)
+
+    def _is_unstable(self, orbit: Orbit, support: Support) -> bool:
+        """Whether an orbit that nothing leads to is too unstable to be met in practice."""
+        given = orbit.coefficients[None], np.array([orbit.rate])
+        multipliers = self.record.floquet.multipliers(*given, orbit.period_multiple, support)
+        return bool(np.abs(multipliers).max() > UNSTABLE)
 
     def _is_hopeless(self, tracer: Tracer, series: Series) -> bool:
         """Whether orbits of a long period have become so unstable that nothing is near them."""

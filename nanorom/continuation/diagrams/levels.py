@@ -8,12 +8,13 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from typing import Any
 
+from nanorom.continuation.diagrams.course import EVERY, Board, Watch
 from nanorom.continuation.diagrams.diagram import Diagram, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.isolas import seeds_for
@@ -62,17 +63,19 @@ def explore_each(
     omega: tuple[float, float],
     levels: Sequence[Level],
     processes: int | None = None,
+    watch: Watch | None = None,
     **options: Any,
 ) -> Iterator[tuple[int, Diagram]]:
     """`explore` at every drive level: (number of the level, diagram) as they are finished.
 
-    Parameters, their units and ContinuationError are those of `explore_levels`.
+    watch : told now and then what a level, by its number from 0, has come to. The other parameters,
+    their units and ContinuationError are those of `explore_levels`.
     """
     levels = _checked(levels)
     # weak drive costs least: what is soon done is soon there
     order = sorted(range(len(levels)), key=lambda i: sum(abs(x) for x in levels[i]))
     jobs: Jobs = {i: (levels[i], {}) for i in order}
-    yield from _each(system, omega, jobs, processes, options)
+    yield from _each(system, omega, jobs, processes, options, watch)
 
 
 def add_isolas(
@@ -149,6 +152,7 @@ def _each(
     jobs: Jobs,
     processes: int | None,
     options: dict[str, Any],
+    watch: Watch | None = None,
 ) -> Iterator[tuple[int, Diagram]]:
     """The diagrams of jobs as they are finished, begun in the order of the jobs."""
     if processes is None:
@@ -158,7 +162,7 @@ def _each(
     processes = min(processes, len(jobs))
     if processes <= 1:
         yield from _finished(
-            (number, partial(_one, system, omega, level, options | own))
+            (number, partial(_one, system, omega, level, options | own | _told(number, watch)))
             for number, (level, own) in jobs.items()
         )
         return
@@ -166,11 +170,12 @@ def _each(
     method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
     context = multiprocessing.get_context(method)
     others = multiprocessing.active_children()
-    given = system, omega, jobs, options
+    board = Board(jobs)
+    given = system, omega, jobs, options, board if watch else None
     with ProcessPoolExecutor(processes, context, _start, given) as pool:
         waiting = {pool.submit(_shared, number): number for number in jobs}
         try:
-            results = as_completed(waiting)
+            results = _completed(waiting, board, watch)
             yield from _finished((waiting[future], future.result) for future in results)
         except BrokenProcessPool:
             raise ContinuationError(
@@ -181,6 +186,23 @@ def _each(
                 if child not in others:
                     child.terminate()
             raise
+
+
+def _completed(
+    waiting: Mapping[Future[Diagram], int], board: Board, watch: Watch | None
+) -> Iterator[Future[Diagram]]:
+    """Futures as they end; meanwhile what the levels have come to is told."""
+    left = set(waiting)
+    while left:
+        done, left = wait(left, None if watch is None else EVERY, FIRST_COMPLETED)
+        if watch is not None:
+            board.show(watch)
+        yield from done
+
+
+def _told(number: int, watch: Watch | None) -> dict[str, Any]:
+    """The option by which a level tells what it has come to."""
+    return {} if watch is None else {"watch": partial(watch, number)}
 
 
 def _finished(
@@ -201,23 +223,28 @@ def _finished(
 
 # What all levels share is given to each process when it starts: tasks stay so small that the pipe
 # to the processes never fills, for a full one holds up the end of a pool whose processes died.
-_given: tuple[ModalSystem, tuple[float, float], Jobs, dict[str, Any]]
+_given: tuple[ModalSystem, tuple[float, float], Jobs, dict[str, Any], Board | None]
 
 
 def _start(
-    system: ModalSystem, omega: tuple[float, float], jobs: Jobs, options: dict[str, Any]
+    system: ModalSystem,
+    omega: tuple[float, float],
+    jobs: Jobs,
+    options: dict[str, Any],
+    board: Board | None,
 ) -> None:
     """Leave interrupts to the parent, and do not outlive it."""
     global _given
-    _given = system, omega, jobs, options
+    _given = system, omega, jobs, options, board
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _shared(number: int) -> Diagram:
-    system, omega, jobs, options = _given
+    system, omega, jobs, options, board = _given
     level, own = jobs[number]
-    return _one(system, omega, level, options | own)
+    told = _told(number, None if board is None else board.write)
+    return _one(system, omega, level, options | own | told)
 
 
 def _end_with_parent() -> None:

@@ -5,15 +5,19 @@ special points; what could not be followed is noted.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import attrs
 import numpy as np
 
 from nanorom.continuation.arrays import without_round_off
+from nanorom.continuation.branches.accuracy import truncation
 from nanorom.continuation.branches.path import Path, Place
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.shooting_branch import Takeover
 from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.budget import Budget
+from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.isolas import is_near
 from nanorom.continuation.diagrams.reach import within_reach
@@ -34,7 +38,6 @@ from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
-TRUNCATION = 1e-11  # of multipliers that only tell where points are; confirmation has finer ones
 BUDGET = 2  # most steps of all branches together, by those of one
 IDENTIFYING = 3  # points of a branch that tell it from others
 LAST_PART = 0.9  # of the last step, where shooting takes the direction from
@@ -43,6 +46,8 @@ UNFINISHED = {  # endings of branches that go on
     "harmonics": "the branch goes on, but asks for more harmonics than allowed",
     "unstable": "the branch goes on, of a long period and more unstable than is of use",
     "steps": "the branch goes on after the most steps allowed",
+    "work": "the branch goes on; so many harmonics at so many steps are more work than a level may "
+    "take; is the drive that strong?",
 }
 
 
@@ -64,12 +69,19 @@ class Record:
     """Branches and special points of one level, in the units of the model, as they are found."""
 
     def __init__(
-        self, scaled: ScaledSystem, omega: tuple[float, float], settings: Settings
+        self,
+        scaled: ScaledSystem,
+        omega: tuple[float, float],
+        settings: Settings,
+        watch: Callable[[Course], None] | None = None,
     ) -> None:
-        self.scaled, self.settings = scaled, settings
+        self.budget = Budget(scaled.size)
+        self.scaled, self.settings = scaled, replace(settings, budget=self.budget)
+        if watch is not None:
+            self._tell(watch)
         low, high = without_round_off(np.array(omega) / scaled.frequency).tolist()
         self.range = within_reach(scaled, (low, high))
-        self.floquet = FloquetSolver(scaled, truncation=TRUNCATION)
+        self.floquet = FloquetSolver(scaled, truncation(scaled))  # confirmation has a finer one
         self.precise = FloquetSolver(scaled)
         self.shooting = Shooting(scaled)
         self.paths: list[Path] = []
@@ -83,6 +95,15 @@ class Record:
         if self.range[0] > low:
             self.leave("window", self.range[0], "not followed below, where all follows the drive")
 
+    def _tell(self, watch: Callable[[Course], None]) -> None:
+        """Tell after every step what the diagram has come to."""
+
+        def step(rate: float, period_multiple: int) -> None:
+            omega = rate * period_multiple * self.scaled.frequency
+            watch(Course(len(self.branches), len(self.points), omega))
+
+        self.settings = replace(self.settings, step=step)
+
     def begin_with(self, diagram: Diagram) -> None:
         """Go on from what was found before."""
         self.known = list(diagram.branches)
@@ -91,8 +112,8 @@ class Record:
 
     @property
     def spent(self) -> bool:
-        """Whether the steps of all branches are as many as they may be."""
-        return self.steps >= BUDGET * self.settings.steps
+        """Whether the steps of all branches, or their work, are as many as they may be."""
+        return self.budget.spent or self.steps >= BUDGET * self.settings.steps
 
     def diagram(self, direct: float, parametric: float) -> Diagram:
         return Diagram(self.branches, self.points, direct, parametric, self.unexplored)
@@ -188,6 +209,13 @@ class Record:
         """The special points of a path that stand up to shooting."""
         found: list[Polished] = []
         for detected in detector.find():
+            if self.budget.spent_aside:
+                why = (
+                    "special points from here on are not confirmed: more work than a level may take"
+                )
+                self.leave("point", path.orbit(detected.place).omega, why)
+                break
+            self.budget.point(path.steps[detected.place.step].balance.basis.size)
             polished = polish(path, detected, self.precise, self.shooting)
             if polished is None and detected.multiplicity > 1:
                 self.leave(
@@ -212,7 +240,8 @@ class Record:
         shooting = Takeover(self.scaled, p)
         before, end = (tracer.orbit(last, part * last.length) for part in (LAST_PART, 1.0))
         rates = self.rates(p, p > 1)
-        points, special, ending = shooting.follow(before, end, rates, self.settings.steps, is_end)
+        most = min(self.settings.steps, self.budget.shooting)
+        points, special, ending = shooting.follow(before, end, rates, most, is_end)
         branch = self.branches[index]
         branch.ending = ending
         if points:

@@ -22,13 +22,16 @@ from nanorom.continuation.orbits.harmonics import (
 from nanorom.continuation.orbits.pairs import Index
 from nanorom.continuation.orbits.parts import Part, independent_parts
 from nanorom.continuation.orbits.product import LARGE, product_eigenvalues
-from nanorom.continuation.orbits.variation import TAYLOR_ORDER, Variation
+from nanorom.continuation.orbits.splitting import Splitting
+from nanorom.continuation.orbits.variation import Variation
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
 
 BATCH_DOUBLES = 400_000
 SupportKey = tuple[bytes, tuple[int, ...]]
 TRUNCATION = 1e-13  # last terms of the series, relative to the map
+COARSE = 1e-10  # truncation from which splitting costs less than a series
+FINE = 1e-11  # at which a series costs little more than at a coarser one
 DIGITS = 10  # of moduli that tell multipliers apart when they are sorted
 TINY = 1e-300  # modulus below which none is told from zero
 
@@ -78,7 +81,7 @@ class FloquetSolver:
         self.has_loss = bool(system.loss.any())
         self.fastest, self.relaxation = system.fastest, system.relaxation
         self._signs: dict[SupportKey, Array | None] = {}
-        self._variations: dict[Part, Variation] = {}
+        self._variations: dict[Part, Variation | Splitting] = {}
         # intervals times rate, learnt on the way
         self._density: dict[tuple[int, bool, int], float] = {}
 
@@ -87,9 +90,14 @@ class FloquetSolver:
         moving = np.flatnonzero(support.table.any(axis=1))
         return moving, independent_parts(self.system, moving)
 
-    def _variation(self, part: Part) -> Variation:
+    def _variation(self, part: Part) -> Variation | Splitting:
         if part not in self._variations:
-            self._variations[part] = Variation(part.damping, part.inertia, self.truncation)
+            given = part.damping, part.inertia
+            self._variations[part] = (
+                Splitting(part.damping.diagonal().copy(), self.truncation)
+                if self.truncation >= COARSE and Splitting.serves(*given, part.has_loss)
+                else Variation(*given, min(self.truncation, FINE))
+            )
         return self._variations[part]
 
     def _harmonics(self, part: Part, motion: _Motion) -> tuple[Array, Array | None]:
@@ -141,19 +149,18 @@ class FloquetSolver:
         signs = self.signs(support)
         half = signs is not None
         key = (period_multiple, half, int(part.modes[0]))
+        variation = self._variation(part)
         start = (np.pi if half else 2 * np.pi) * max(self.fastest, self.relaxation) / 2.5
         density = self._density.get(key, start)
         intervals = max(3, int(np.ceil(density / float(rates.min()))))
-        per_orbit = intervals * TAYLOR_ORDER * 3 * size * size
+        per_orbit = intervals * variation.depth * 3 * size * size
         batch = max(1, BATCH_DOUBLES // per_orbit)
         result = np.empty((len(rates), 2 * size, 2 * size))
         eigenvalues = np.empty((len(rates), 2 * size), dtype=complex)
         for first in range(0, len(rates), batch):
             some = slice(first, first + batch)
             stiffness, damping = self._harmonics(part, motion.some(some))
-            maps, intervals = self._variation(part).propagate(
-                stiffness, damping, rates[some], intervals, half
-            )
+            maps, intervals = variation.propagate(stiffness, damping, rates[some], intervals, half)
             if signs is not None:
                 maps[:, -1] *= np.tile(signs[part.modes], 2)[:, None]
             result[some] = _product(maps)

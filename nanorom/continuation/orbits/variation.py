@@ -45,6 +45,8 @@ class Variation:
     Of coordinates without inertia, whose damping is 1, y alone matters: y' is theirs at the end.
     """
 
+    depth = TAYLOR_ORDER  # matrices kept of every interval
+
     def __init__(self, damping: Array, inertia: Array, truncation: float) -> None:
         self.damping, self.truncation = damping, truncation
         self.inertia, self.massless = inertia[:, None], np.flatnonzero(inertia == 0)

@@ -35,6 +35,7 @@ WITHIN_TONGUE = 0.1  # of the damping: the first step of a search at the end of 
 IN_TONGUE = 1e-3  # of the damping: where the last change ends in a tongue
 PAIRED = 1e-4  # distance of the second multiplier from a fold's where round-off may cross the two
 ROUNDS = 6  # of expansions at a point, each nearer to it
+Solvers = tuple[FloquetSolver, FloquetSolver]  # that lead near a zero, and that tell where it is
 WINDOW = 0.2  # of the step in which the point was found
 
 
@@ -74,9 +75,19 @@ def without_shadows(found: list[Polished], path: Path) -> list[Polished]:
 
 
 def polish(
-    path: Path, detected: Detected, floquet: FloquetSolver, shooting: Shooting
+    path: Path, detected: Detected, precise: FloquetSolver, shooting: Shooting
 ) -> Polished | None:
-    """The point to about 1e-10 in frequency, or None if it does not stand up to shooting."""
+    """The point to about 1e-10 in frequency, or None if it does not stand up to shooting.
+
+    The multipliers by which the path was searched lead there, but where they are very large.
+    """
+    found = _polished(path, detected, (path.floquet, precise), shooting)
+    return found or _polished(path, detected, (precise, precise), shooting)
+
+
+def _polished(
+    path: Path, detected: Detected, solvers: Solvers, shooting: Shooting
+) -> Polished | None:
     tracer = path.tracer
     series = path.steps[detected.place.step]
     a, window = detected.place.a, WINDOW * (series.length - series.start)
@@ -87,7 +98,7 @@ def polish(
     for _ in range(ROUNDS):
         try:
             nearby = _expand_again(tracer, series, a - shift)
-            series, a = nearby, _zero(detected, nearby, floquet, path, window, shift)
+            series, a = nearby, _zero(detected, nearby, solvers, path, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
             if shift or detected.kind.turns:
@@ -129,7 +140,7 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
 def _zero(
     detected: Detected,
     series: Series,
-    floquet: FloquetSolver,
+    solvers: Solvers,
     path: Path,
     window: float,
     around: float,
@@ -143,12 +154,13 @@ def _zero(
 
     tracer = path.tracer
     test = detected.kind.condition.critical(path.symmetric, detected.multiplicity)
+    near, precise = solvers
 
-    def critical(points: list[float]) -> list[float]:
+    def critical(points: list[float], by: FloquetSolver = near) -> list[float]:
         if max(abs(a) for a in points) > series.length:
             raise ContinuationError("the series does not reach the point")
         orbits = [tracer.orbit(series, a) for a in points]
-        eigenvalues = path.monodromy(orbits, floquet)[1]
+        eigenvalues = path.monodromy(orbits, by)[1]
         slopes = [series.rate_slope(a) for a in points]
         return [test(e, slope) for e, slope in zip(eigenvalues, slopes)]
 
@@ -162,8 +174,9 @@ def _zero(
             raise ContinuationError("no zero in the neighbourhood")
         if abs(change) < min(
             LAST_SECANT * window, IN_TONGUE * tracer.accuracy.loss
-        ):  # the secant's next change is its square
-            return a + change
+        ):  # the secant's next change is its square, but for what its multipliers are off by
+            a += change
+            return a - critical([a], precise)[0] / slope
         before, a = here, a + change
         here = critical([a])[0]
         slope = (here - before) / change

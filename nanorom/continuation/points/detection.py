@@ -80,7 +80,9 @@ class Detector:
         """All special points in order along the path."""
         samples = self.samples
         most = max(3 * len(samples), MOST_POINTS)
-        for _ in range(ROUNDS):
+        # where the branch itself has taken all work, exact points must do, too
+        self.path.coarse |= self.path.tracer.ending == "work"
+        for _ in range(0 if self.path.tracer.ending == "work" else ROUNDS):
             if len(samples) > most:  # multipliers beyond interpolation: exact points must do
                 break
             wanted = samples.unresolved()

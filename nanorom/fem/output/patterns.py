@@ -52,7 +52,7 @@ class PolynomialWork(ModalWork):
             total += sign * (measure @ _values(modes, cells, reference))
         return self.length**2 * plate.domain.comm.allreduce(total)
 
-    def point(self, position: tuple[float, float]) -> np.ndarray:
+    def point(self, position: tuple[float, float], key: str) -> np.ndarray:
         place = np.array(position) / self.length
         flips, signs = (np.array(part) for part in zip(*_mirrored(self.modes)))
         cells, reference = locate(self.modes.plate, flips * place)
@@ -60,7 +60,7 @@ class PolynomialWork(ModalWork):
         values = signs[here] * _values(self.modes, cells[here], reference[here])
         found = np.concatenate(self.modes.plate.domain.comm.allgather(values))
         if len(found) == 0:
-            raise SceneError("drive.position: it is not on the film")
+            raise SceneError(f"{key}: it is not on the film")
         return found[0]
 
     def stretch(self, tension: float = 1.0) -> np.ndarray:

@@ -41,8 +41,8 @@ class VirtualWork(ABC, Generic[Force, Operator]):
         """Of a force per area that varies: int density phi dA."""
 
     @abstractmethod
-    def point(self, position: tuple[float, float]) -> Force:
-        """Of one newton at (x, y) in m: phi there.  Raises SceneError beside the film."""
+    def point(self, position: tuple[float, float], key: str) -> Force:
+        """Of one newton at (x, y) in m: phi there.  Raises SceneError by its key off the film."""
 
     @abstractmethod
     def stretch(self, tension: float = 1.0) -> Operator:
@@ -66,15 +66,18 @@ class VirtualWork(ABC, Generic[Force, Operator]):
         raise SceneError(NO_GATE)
 
 
+POSITION_KEY = "drive.position"
+
+
 def _read_position(value: Any) -> tuple[float, ...]:
-    position = v.read_quantities(value, "m", "drive.position")
+    position = v.read_quantities(value, "m", POSITION_KEY)
     if len(position) != 2:
-        raise wrong("drive.position", position, 'x and y such as ["1 um", "0 um"]')
+        raise wrong(POSITION_KEY, position, 'x and y such as ["1 um", "0 um"]')
     return position
 
 
 POSITION = v.custom(
-    "drive.position",
+    POSITION_KEY,
     _read_position,
     allowed="a list of two",
     about="x and y of a spot's centre or of a point",
@@ -152,7 +155,7 @@ class Concentrated(DirectPattern):
     position: tuple[float, float] = attrs.field(metadata=POSITION)  # (x, y) in m
 
     def force(self, work: VirtualWork[Force, Operator]) -> Force:
-        return work.point(self.position)
+        return work.point(self.position, POSITION_KEY)
 
 
 @attrs.frozen

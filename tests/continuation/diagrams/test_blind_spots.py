@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 from nanorom.continuation import (
     Diagram,
     ModalSystem,
+    budget,
     explore,
     explore_each,
     explore_levels,
@@ -263,3 +264,22 @@ def test_a_diagram_that_takes_too_many_steps_says_what_it_left(monkeypatch) -> N
     (left,) = [left for left in diagram.unexplored if left.kind == "branch"]
     assert left.omega == pytest.approx(whole.points("PD")[0].omega)
     assert "most steps" in left.why
+
+
+def test_a_level_that_takes_too_much_work_says_where_it_ended(monkeypatch) -> None:
+    """As a drive does that is a thousand times too strong; here the bound is low."""
+    whole = explore(softening(), (0.5, 1.5), 0.08)
+    monkeypatch.setattr(budget, "STEPS", 2e-4)
+    diagram = explore(softening(), (0.5, 1.5), 0.08)
+    assert {branch.ending for branch in diagram.branches} == {"work"}
+    assert sum(map(len, diagram.branches)) < sum(map(len, whole.branches))
+    told = [left.why for left in diagram.unexplored if left.kind == "ending"]
+    assert len(told) == len(diagram.branches)
+    assert all("more work than a level may take" in why for why in told)
+
+
+def test_special_points_that_are_not_confirmed_for_want_of_work_are_told(monkeypatch) -> None:
+    monkeypatch.setattr(budget, "ASIDE", 0.0)
+    diagram = explore(softening(), (0.5, 1.5), 0.08)
+    assert not diagram.special_points
+    assert "not confirmed" in {left.kind: left.why for left in diagram.unexplored}["point"]

@@ -1,0 +1,165 @@
+"""Where orbits of one, three and five periods of the drive may lie on branches of their own.
+
+Nothing leads to them from rest; to those of one period only from resonances far outside the range.
+Near them the motion is a free one, of the undamped system, that
+turns n times more slowly than the drive, and the drive makes up for what damping takes. To first
+order in both that is so where the work of the drive over a period, a function of its phase, equals
+the loss (Melnikov's function has a zero). Along the backbone of a mode this tells at which
+amplitudes there are such orbits, with which phases: Newton's method starts there. Source:
+Guckenheimer and Holmes 1983, doi:10.1007/978-1-4612-1140-2 (section 4.6, subharmonic Melnikov
+functions).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import attrs
+import numpy as np
+
+from nanorom.continuation.curves.backbone import conservative, free_orbits, linear_mode
+from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix, stretch, turned
+from nanorom.continuation.orbits.orbit import Orbit
+from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.settings import Settings
+from nanorom.types import Array
+
+ORDERS = (1, 3, 5)
+TOLERANCE, STEPS = 1e-6, 60  # of a backbone, which is to lead near an orbit
+FARTHEST = 10.0  # factor between the linear frequency and one looked at
+ENOUGH = 0.8  # work by loss, to first order, from which an orbit is looked for
+PHASES = 48  # of the drive, of one of its periods
+TRIES = 3  # amplitudes of one stretch of a backbone from which an orbit is looked for
+LARGEST = 1.5  # of the stiffness, that the forced response may add
+LITTLE = 1e-14  # loss of a motion, by its energy, that is none
+
+
+@attrs.frozen(eq=False)
+class Stretch:
+    """Part of a backbone along which the drive makes up for the loss: the drive's frequency at its
+    middle, and orbits from which Newton's method may start, the most promising first.
+    """
+
+    order: int
+    omega: float
+    starts: list[Orbit]
+
+
+def stretches(system: ScaledSystem, omega: tuple[float, float], reach: float) -> Iterator[Stretch]:
+    """Where in a range of the drive's frequency such orbits may be found.
+
+    reach : factor beyond the range within which resonances are followed into it anyway
+    Raises ContinuationError where a backbone cannot be followed.
+    """
+    if not system.nonlinear or len(system.massless):
+        return
+    plain = conservative(system)
+    dressed = _dressed(system, plain, float(np.sqrt(omega[0] * omega[1])))
+    for order in ORDERS:
+        free = plain if order == 1 else dressed
+        low, high = omega[0] / order, omega[1] / order
+        for mode in range(free.size):
+            linear = linear_mode(free, mode)
+            if not _may_reach(free, *linear, low, high):
+                continue
+            if order == 1 and low / reach < linear[0] < high * reach:
+                continue
+            limits = min(low, linear[0] / FARTHEST), max(high, 1.001 * linear[0])
+            settings = Settings(tolerance=TOLERANCE, steps=STEPS)
+            orbits = free_orbits(free, linear, limits, settings)
+            yield from _supported(system, orbits, order, omega)
+
+
+def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, high: float) -> bool:
+    """Whether free motions of a mode may have frequencies between two."""
+    bend = np.einsum("rjkl,r,j,k,l->", free.cubic, shape, shape, shape, shape)
+    softens, hardens = (
+        bool(free.quadratic.any()) or bend < 0,
+        bool(free.quadratic.any()) or bend > 0,
+    )
+    lowest = frequency / FARTHEST if softens else frequency
+    highest = frequency * FARTHEST if hardens else frequency
+    return lowest < high and low < highest
+
+
+def _supported(
+    system: ScaledSystem, orbits: list[Orbit], order: int, omega: tuple[float, float]
+) -> Iterator[Stretch]:
+    """The stretches of a backbone inside the range, with work and loss in balance."""
+    balances = [_balance(system, orbit, order) for orbit in orbits]
+    inside = np.array([omega[0] < order * orbit.rate < omega[1] for orbit in orbits])
+    margins = np.array([work.max() / loss if loss > 0 else 0.0 for work, loss in balances])
+    good = np.flatnonzero(inside & (margins > ENOUGH))
+    for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1):
+        if not len(run):
+            continue
+        best = [run[int(margins[run].argmax())], run[len(run) // 2], run[0]]
+        starts = []
+        for place in dict.fromkeys(best[:TRIES]):
+            work, loss = balances[place]
+            for phase in _phases(work, loss):
+                starts.append(_started(system, orbits[place], order, phase))
+        yield Stretch(order, order * orbits[run[len(run) // 2]].rate, starts)
+
+
+def _balance(system: ScaledSystem, orbit: Orbit, order: int) -> tuple[Array, float]:
+    """Work of the drive over a period of a free orbit for its phases (PHASES,), and the loss."""
+    harmonics = (len(orbit.coefficients) - 1) // 2
+    count = 4 * max(harmonics, order * system.tones) + 4
+    angles = 2 * np.pi / count * np.arange(count)
+    table = fourier_matrix(angles, harmonics)
+    q, v = table @ orbit.coefficients, orbit.rate * (table @ differentiate(orbit.coefficients))
+    friction = v @ system.damping.T
+    if system.loss.any():
+        friction += np.einsum("rkjl,nj,nl,nk->nr", system.loss, q, q, v, optimize=True)
+    loss = float((v * friction).sum() / count)
+    phases = 2 * np.pi / PHASES * np.arange(PHASES)
+    drive = fourier_matrix(order * angles + phases[:, None], system.tones)  # (phases, n, 2K + 1)
+    direct = v @ system.force  # (n, 2K + 1)
+    direct = direct + np.einsum("nr,rlk,nl->nk", v, system.parametric, q, optimize=True)
+    if loss < LITTLE * float((v * v).sum() / count):
+        loss = 0.0
+    return np.asarray(np.einsum("pnk,nk->p", drive, direct) / count), loss
+
+
+def _phases(work: Array, loss: float) -> list[float]:
+    """Phases of the drive at which its work equals the loss, or is nearest to it."""
+    if work.max() < loss:
+        return [2 * np.pi / PHASES * int(work.argmax())]
+    gaps = np.append(work, work[0]) - loss
+    changes = np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0))
+    parts = gaps[changes] / (gaps[changes] - gaps[changes + 1])
+    return [float(2 * np.pi / PHASES * (i + part)) for i, part in zip(changes, parts)]
+
+
+def _started(system: ScaledSystem, orbit: Orbit, order: int, phase: float) -> Orbit:
+    """A free orbit, with the drive at a phase where it begins, and the forced linear response."""
+    free = turned(orbit.coefficients, -phase / order)
+    forced = _forced(system, order * orbit.rate)
+    forced = stretch(forced, order)
+    rows = max(len(free), len(forced))
+    coefficients = np.zeros((rows, system.size))
+    coefficients[: len(free)] = free
+    coefficients[: len(forced)] += forced
+    return Orbit(coefficients, orbit.rate, order)
+
+
+def _forced(system: ScaledSystem, omega: float) -> Array:
+    """The linear response (2K + 1, L) at a frequency of the drive."""
+    forced = np.zeros((2 * system.tones + 1, system.size))
+    for k in range(1, system.tones + 1):
+        inertia = system.stiffness - (k * omega) ** 2 * np.eye(system.size)
+        force = system.force[:, 2 * k - 1] - 1j * system.force[:, 2 * k]
+        answer = np.linalg.solve(inertia + 1j * k * omega * system.damping, force)
+        forced[2 * k - 1], forced[2 * k] = answer.real, -answer.imag
+    return forced
+
+
+def _dressed(system: ScaledSystem, free: ScaledSystem, omega: float) -> ScaledSystem:
+    """The free system as the forced response stiffens it on average, if that is a correction."""
+    forced = _forced(system, omega)
+    squares = forced[1:].T @ forced[1:] / 2
+    added = 3.0 * np.einsum("rjkl,kl->rj", free.cubic, squares)
+    small = np.linalg.norm(added) < LARGEST * np.linalg.norm(free.stiffness)
+    return replace(free, stiffness=free.stiffness + added) if small else free
