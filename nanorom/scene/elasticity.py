@@ -28,7 +28,12 @@ class Engineering(NamedTuple):
 
 def isotropic(nu: float) -> Law:
     """Stress per E of a strain."""
-    return as_law(np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]) / (1 - nu**2))
+    return scaled(isotropic_moments(nu), 1 / (1 - nu**2))
+
+
+def isotropic_moments(nu: float) -> Law:
+    """Moments per D of a curvature, linear in nu."""
+    return as_law(np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]]))
 
 
 def orthotropic(known: Engineering, angle: float) -> Law:

@@ -110,10 +110,12 @@ def stiffness_of(
         for side, kind in held.items()
         if isinstance(kind, Spring)
     }
-    material, law = scene.material, scene.material.law
+    material, laws = scene.material, {}
+    if material.crystalline:
+        moments = elasticity.scaled(material.law, material.held_ratio)
+        laws = {"crystal": material.law, "moments": moments}
     nu = material.poisson_ratio
-    bent = elasticity.scaled(law, material.held_ratio)
-    return Stiffness(scales.bending, 1.0, nu, springs, yielding, scales.strain, law, bent)
+    return Stiffness(scales.bending, 1.0, nu, springs, yielding, scales.strain, **laws)
 
 
 def extremes(domain: mesh.Domain) -> tuple[np.ndarray, np.ndarray]:

@@ -24,9 +24,9 @@ class Stiffness:
 
     bending : D; stretching : E h; springs : of the elastic edges, by boundary curve; in_plane : of
     those that are elastic in the plane, normal and tangential per length and E h; strain : the unit
-    of the tension by that of the stretching, as a tension stiffens motions in the plane; law :
-    stress by E of (xx, yy, 2 xy), that of an isotropic film with the poisson_ratio unless given;
-    bending_law : moments by D, of which the same holds.
+    of the tension by that of the stretching, as a tension stiffens motions in the plane; crystal
+    : stress by E of (xx, yy, 2 xy) where it is not that of an isotropic film with the
+    poisson_ratio; moments : by D, in the same way.
     """
 
     bending: float = 0.0
@@ -35,18 +35,18 @@ class Stiffness:
     springs: Mapping[str, Spring] = attrs.field(factory=dict)
     in_plane: Mapping[str, tuple[float, float]] = attrs.field(factory=dict)
     strain: float = 0.0
-    law: elasticity.Law = attrs.field()
-    bending_law: elasticity.Law = attrs.field()
+    crystal: elasticity.Law | None = None
+    moments: elasticity.Law | None = None
 
-    @law.default
-    def _isotropic(self) -> elasticity.Law:
-        return elasticity.isotropic(self.poisson_ratio)
+    @property
+    def law(self) -> elasticity.Law:
+        """Stress by E of (xx, yy, 2 xy)."""
+        return self.crystal or elasticity.isotropic(self.poisson_ratio)
 
-    @bending_law.default
-    def _alike(self) -> elasticity.Law:
-        """That of stretching, D being of bending along the first axis with the second held."""
-        rest = 1 - self.poisson_ratio**2
-        return elasticity.scaled(self.law, rest)
+    @property
+    def bending_law(self) -> elasticity.Law:
+        """Moments by D, which is of bending along the first axis with the second held."""
+        return self.moments or elasticity.isotropic_moments(self.poisson_ratio)
 
 
 @attrs.frozen(eq=False)

@@ -24,7 +24,7 @@ def stiffness(modes: Modes, law: Law | None = None) -> np.ndarray:
     alone = attrs.evolve(
         known,
         springs=loose,
-        bending_law=known.bending_law if law is None else law,
+        moments=known.moments if law is None else law,
     )
     plate = plate.resisting(alone).about(State((0.0, 0.0)))
     return attrs.evolve(modes, force=LinearForce.of(plate)).modal_stiffness()
