@@ -31,7 +31,10 @@ def test_interrupted_response_goes_on_with_the_same_command(tmp_path, rom):
     levels = ", ".join(f'"{level} mPa"' for level in range(1, 9))
     sweep.write_text(SWEEP.replace('"1 mPa", "2 mPa"', levels))
     command = ["-m", "nanorom", "respond", rom, sweep, "-o"]
-    begun = subprocess.Popen([sys.executable, *map(str, command), str(tmp_path / "response.h5")])
+    begun = subprocess.Popen(
+        [sys.executable, *map(str, command), str(tmp_path / "response.h5")],
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell may ignore it
+    )
     deadline = time.monotonic() + LONGEST
     while not (tmp_path / "response.h5").exists() and time.monotonic() < deadline:
         time.sleep(0.01)

@@ -92,7 +92,7 @@ class Splitting:
             some = slice(hardest, hardest + 1)
             error = self._error(stiffness[some], rates[some], intervals, half)
             needed = intervals * (max(error, ROUND_OFF) / self.truncation) ** (1.0 / ORDER)
-            wanted = int(np.clip(MARGIN * needed, LEAST_INTERVALS, MOST_INTERVALS))
+            wanted = int(np.clip(np.ceil(MARGIN * needed), LEAST_INTERVALS, MOST_INTERVALS))
             wanted += wanted % 2
             if needed <= intervals or intervals >= MOST_INTERVALS:
                 self._estimated, self._since = strength, 0

@@ -56,3 +56,19 @@ def test_errors_fall_with_the_sixth_power_of_the_steps() -> None:
         for count in (40, 80)
     ]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDER, abs=0.7)
+
+
+@pytest.mark.parametrize("needed", np.arange(3.0, 40.0, 0.23))
+def test_intervals_grow_until_they_are_enough(monkeypatch, needed) -> None:
+    """Also where no more than a fraction of one is lacking."""
+    stiffness, damping, rates = modulated(1, 0.3)
+    tried = []
+
+    def error(self, stiffness, rates, intervals, half):
+        assert tried == [] or intervals > tried[-1]
+        tried.append(intervals)
+        return self.truncation * (needed / intervals) ** ORDER
+
+    monkeypatch.setattr(Splitting, "_error", error)
+    maps, _ = Splitting(damping, 1e-8).propagate(stiffness, None, rates, 4, False)
+    assert maps.shape[1] >= needed
