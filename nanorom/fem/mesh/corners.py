@@ -20,7 +20,7 @@ from nanorom.scene.support import Kind
 Edges = dict[int, tuple[np.ndarray, np.ndarray]]  # curve -> vertex pairs (m, 2), spans (m, 2)
 
 MIRRORS = tuple(map(line, AXES))
-SHARE, SHARE_RATE = 1.4, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
+SHARE, SHARE_RATE = 3.2, 10.0  # cell by distance at tolerance 1e-6; errors fall with its power
 LARGEST_SHARE = 3.0
 CORNER_ERROR = 0.01  # of the energy's singular part where no cell shrinks
 AT_POINT = 100.0  # by the root of the tolerance, to which errors at a point mass fall: measured
