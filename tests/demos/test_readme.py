@@ -46,7 +46,7 @@ def test_scene_is_that_of_the_drum_demo():
 
 COMMANDS = [
     "plan", "run", "reduce", "info", "respond", "verify",
-    "tune", "plot", "plot", "view", "identify", "export", "export"
+    "tune", "plot", "plot", "plot", "view", "identify", "export", "export"
 ]  # fmt: skip
 
 
