@@ -68,8 +68,8 @@ def weighed(
         raise SolverError(f"the point ({outside[0]:g}, {outside[1]:g}) lies outside the film")
     mine = np.argmax(rank, axis=0) == comm.rank
     basis = compat.reference_element(plate.degree).tabulate(0, reference[mine])
-    basis = np.asarray(basis).reshape(mine.sum(), -1)
-    return compat.cell_dofs(plate.deflections)[cell[mine]], basis, weights[mine]
+    dofs = compat.cell_dofs(plate.deflections)[cell[mine]]
+    return dofs, np.asarray(basis).reshape(dofs.shape), weights[mine]  # a rank may hold none
 
 
 def functional(plate: Surface, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
