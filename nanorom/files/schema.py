@@ -384,4 +384,5 @@ class _Picked:
         return value
 
     def note(self, path: str, kind: str) -> Any:
+        # never asked for: `picked` takes entries that have an axis, and no note has one
         raise NotImplementedError("notes have no axes")

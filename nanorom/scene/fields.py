@@ -25,6 +25,7 @@ Limit = tuple[str, Callable[[float], bool]]
 
 POSITIVE: Limit = ("greater than 0", lambda x: x > 0)
 NOT_NEGATIVE: Limit = ("0 or more", lambda x: x >= 0)
+SHARE: Limit = ("0 or more and less than 1", lambda x: 0 <= x < 1)
 ANY: Limit = ("any", lambda x: True)
 
 OPTIONAL = {"optional": True}  # metadata of a field that may be None, whatever its default

@@ -59,7 +59,7 @@ class Layer:
         metadata=v.quantity(
             "layer.loss",
             "1",
-            ("0 or more and less than 1", lambda x: 0 <= x < 1),
+            v.SHARE,
             about="E''/E' of its modulus",
         ),
     )

@@ -75,7 +75,7 @@ class Material:
         metadata=v.quantity(
             "material.loss",
             "1",
-            ("0 or more and less than 1", lambda x: 0 <= x < 1),
+            v.SHARE,
             about="E''/E' of the complex modulus: what a mode loses of its bending energy",
         ),
     )
