@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import attrs
 import numpy as np
 
-from nanorom.errors import ModelError
+from nanorom.errors import ContinuationError, ModelError
 from nanorom.rom.manifold.frame import Frame
 from nanorom.rom.manifold.orbit import largest
 from nanorom.types import Array, Numbers
@@ -26,7 +26,6 @@ MOST_BRANCHES = 12
 FARTHEST = 20.0  # units of displacement, beyond which nothing is followed
 STEP_OFF = 1e-3  # units of displacement: how far from a branch point another branch begins
 DEGREE = 3  # of what the drive adds: more moves no fold of the examples by 1e-6
-STRAIGHT = 0.9  # cosine of the angle between tangents of a step
 
 
 class Place(NamedTuple):
@@ -173,29 +172,31 @@ class _Follower:
             step = step if count > EASY else 2 * step
 
     def _follow(self, place: Place, sign: float) -> Iterator[Place]:
-        low, high = self.limits
+        from nanorom.continuation.branches.march import March, StepControl
+
         place = place._replace(tangent=sign * place.tangent)
-        length = self.largest / 10
         yield place
-        while self.steps > 0:
+        control = StepControl(self.largest / 10, LEAST_STEP, self.largest, self.steps)
+        low, high = self.limits
+        for _, there in March(self._advance, place, control):
             self.steps -= 1
-            try:
-                there, count = self._correct(place.x + length * place.tangent, place.tangent)
-                straight = bool(there.tangent @ place.tangent > STRAIGHT)
-            except (ModelError, np.linalg.LinAlgError):
-                straight = False
-            if not straight:
-                length /= 2
-                if length < LEAST_STEP:
-                    return
-                continue
-            self._locate(place, there, length)
-            place = self._cut(there)
-            yield place
-            if not low < place.x[-1] < high or np.abs(place.x[:-1]).max() > FARTHEST:
+            yield there
+            if not low < there.x[-1] < high or np.abs(there.x[:-1]).max() > FARTHEST:
                 return
-            if count <= EASY:
-                length = min(1.3 * length, self.largest)
+
+    def _advance(self, here: Place, length: float) -> tuple[Place, bool]:
+        """The place a length further, and whether it was easy to find."""
+        from nanorom.continuation.branches.march import STRAIGHT
+
+        try:
+            there, count = self._correct(here.x + length * here.tangent, here.tangent)
+            if there.tangent @ here.tangent <= STRAIGHT:
+                raise ContinuationError("the curve bends within a step")
+            within = self._cut(there)
+            self._locate(here, there, length)
+            return within, count <= EASY
+        except (ModelError, np.linalg.LinAlgError) as error:
+            raise ContinuationError(f"no driven motion: {error}") from error
 
     def _cut(self, place: Place) -> Place:
         """The place, or the end of the range beyond which it is."""
