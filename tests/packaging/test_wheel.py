@@ -24,7 +24,9 @@ from nanorom.report.viewer.page import Pack, Page
 root = importlib.resources.files("nanorom")
 print(json.dumps({
     "location": nanorom.__file__,
-    "meshes": {f.name: f.read_text() for f in (root / "meshes").iterdir()},
+    "meshes": {
+        f.name: f.read_text() for f in (root / "meshes").iterdir() if f.name.endswith(".geo")
+    },
     "typed": (root / "py.typed").is_file(),
     "fmu": (root / "export/fmu/modal.c").is_file(),
     "page": len(Page("title", "lead", Pack()).html()),

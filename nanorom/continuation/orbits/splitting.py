@@ -3,7 +3,7 @@
 Every mode turns freely with its damping and its mean stiffness, which is known exactly; what is
 left of K, its coupling and its change in time, kicks the velocities between such turns. A kick
 costs one product of matrices where a step of a Taylor series (`variation`) costs two hundred of
-them: up to ten digits this is cheaper. Source: Blanes and Moan 2002,
+them; with few modes its many small steps cost more than that saves. Source: Blanes and Moan 2002,
 doi:10.1016/S0377-0427(01)00492-7 (Runge-Kutta-Nystrom splitting of order 6 with 11 stages).
 """
 
@@ -31,7 +31,7 @@ _TURNS = (
     -0.246331761062075,
     0.357208872795928,
 )
-MANY = 4  # modes
+MANY = 32  # modes from which on it is cheaper than the series: tests/benchmarks/splitting.md
 MOST_INTERVALS = 16384
 LEAST_INTERVALS = 4
 MARGIN = 1.05  # more intervals than the error asks for

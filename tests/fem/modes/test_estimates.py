@@ -8,8 +8,9 @@ from nanorom.exact import cases
 from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.fem.modes.accuracy import _orthonormal, _Polynomials, extrapolated
 from nanorom.fem.plan import Plan
-from nanorom.scene.film import Material, Plate, Tension
+from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from nanorom.workflow import reduce
