@@ -49,6 +49,11 @@ class Fit:
         return tuple(unknown.name for unknown in self.unknowns)
 
     @property
+    def pair(self) -> list[int]:
+        """Where T_x and T_y stand among the unknowns; empty unless both do."""
+        return [self.names.index(name) for name in PAIR] if set(PAIR) <= set(self.names) else []
+
+    @property
     def known(self) -> tuple[str, ...]:
         """Names (n,) of the measured modes, "" where they are not known."""
         return tuple(map(plain, self.measured.label))
@@ -75,8 +80,8 @@ class Fit:
         """The scene's own values (p,), equal tensions made a little different."""
         film = Film.of(self.scene)
         x = np.array([unknown.of(film) for unknown in self.unknowns])
-        if set(PAIR) <= set(self.names) and x[0] == x[1]:
-            x[:2] *= [SKEW**0.5, SKEW**-0.5]
+        if self.pair and np.ptp(x[self.pair]) == 0:
+            x[self.pair] *= [SKEW**0.5, SKEW**-0.5]
         return x
 
     def film(self, x: Array) -> Film:
@@ -124,9 +129,9 @@ class Fit:
 
     def in_order(self, x: Array) -> Array:
         """T_x and T_y in the scene's order where the measurement cannot tell them apart."""
-        if self.told_apart or not set(PAIR) <= set(self.names):
+        if self.told_apart or not self.pair:
             return x
-        i, j = (self.names.index(name) for name in PAIR)
+        i, j = self.pair
         if (x[i] < x[j]) == (self.scene.tension.x < self.scene.tension.y):
             return x
         swapped = x.copy()

@@ -84,14 +84,14 @@ def _grid(fit: Fit, length: float) -> Iterator[Array]:
     tensions = [i for i, unknown in enumerate(fit.unknowns) if unknown.pulls]
     benders = [i for i, unknown in enumerate(fit.unknowns) if unknown.bends]
     skews, ratios = [0.0], [np.nan]
-    if len(tensions) == 2:
+    if fit.pair:
         skews = [skew for skew in SKEWS if fit.told_apart or skew >= 0]
     if fit.film(fit.start()).bends and len(fit.unknowns) - len(tensions) + bool(tensions) > 1:
         ratios = list(RATIOS)
     for skew, ratio in itertools.product(skews, ratios):
         x = fit.start()
-        if len(tensions) == 2:
-            x[:2] = x[:2].mean() * np.array([1 + skew, 1 - skew])
+        if fit.pair:
+            x[fit.pair] = x[fit.pair].mean() * np.array([1 + skew, 1 - skew])
         values, _ = fit.physical(x)
         factor = 0.5 * (values[0] + values[1]) * length**2 * ratio / values[2] if ratio > 0 else 1.0
         if benders:

@@ -187,7 +187,10 @@ USUAL = (*PAIR, "youngs_modulus")
 
 
 def chosen(film: Film, names: tuple[str, ...]) -> tuple[Unknown, ...]:
-    """The unknowns of these names in the order of the table; raises SceneError."""
+    """The unknowns of these names in the order of the table; raises SceneError.
+
+    They must exist, be apart, act on the film, determine it and start within their bounds.
+    """
     for name in names:
         if name not in UNKNOWNS:
             raise SceneError(f"unknowns: found {name!r}; allowed: {', '.join(UNKNOWNS)}")
@@ -202,6 +205,12 @@ def chosen(film: Film, names: tuple[str, ...]) -> tuple[Unknown, ...]:
                     "give one of them"
                 )
         unknown.check(film)
+        low, high = unknown.bounds
+        if not low <= unknown.of(film) <= high:
+            raise SceneError(
+                f"unknowns: {unknown.name} starts at {unknown.of(film):g} {unknown.unit} in the "
+                f"scene; allowed: {low:g} to {high:g}"
+            )
     if not _determined(film, found):
         told = ", ".join(unknown.name for unknown in found)
         raise SceneError(

@@ -51,15 +51,11 @@ _section = attrs.frozen(field_transformer=_with_keys)
 class Drive:
     """Levels of the direct and the parametric drive, and what they act on.
 
-    direct: levels of the direct pattern, ``direct_pattern`` of `nanorom.scene.patterns`: "pressure"
-        and "spot" in Pa, "point" in N.  The latter two act at ``position`` (x, y) in m, a spot
-        within a ``radius`` in m.
-    parametric: levels of ``parametric_pattern``: "tension" in N/m, "paper" in Pa/m.
+    direct, parametric: levels of ``direct_pattern`` and of ``parametric_pattern``, each in the unit
+        that its class in `nanorom.scene.patterns` names.
     harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
-    voltage: amplitude in V on the gate that attracts the film, in the place of all of these; laser:
-    that in W of the light that heats it, in a spot, about a mean ``power`` in W of which the film
-    takes the share ``absorption``.
-    Further keys are those of the patterns, declared by them.
+    Further keys are those of the patterns, declared by them; some stand in the place of all of
+    these (``voltage``, ``laser``).
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.
     """

@@ -11,6 +11,7 @@ from nanorom.cli.main import main
 from nanorom.errors import AmbiguityWarning, FileError, SceneError
 from nanorom.exact import cases
 from nanorom.fem.spectrum import Spectrum
+from nanorom.measurement import unknowns
 from nanorom.measurement.assignment import assign
 from nanorom.measurement.data import Resonances
 from nanorom.measurement.fit import Fit
@@ -164,6 +165,21 @@ def test_slopes_of_every_unknown_are_derivatives_of_the_operators(scene, name):
     difference = (8 * (high - low) - (far - near)) / (12 * step)  # exact for a cubic
     scale = np.abs(difference).max()
     assert unknown.slope(film) == pytest.approx(difference, rel=ROUNDING, abs=ROUNDING * scale)
+
+
+def test_order_of_the_table_of_unknowns_does_not_matter(scene, frequency, monkeypatch):
+    """T_x and T_y are found by their names, wherever another unknown stands before them."""
+    monkeypatch.setattr(unknowns, "UNKNOWNS", dict(reversed(UNKNOWNS.items())))
+    found = identify(scene, measured(frequency))
+    assert tuple(found.value) == ("youngs_modulus", "tension_y", "tension_x")
+    for name, value in PAPER.items():
+        assert found.value[name] == pytest.approx(value, rel=EXACT_TOLERANCE)
+
+
+def test_starts_outside_the_bounds_of_an_unknown_are_refused(scene, frequency, monkeypatch):
+    monkeypatch.setattr(type(UNKNOWNS["youngs_modulus"]), "bounds", (1e9, 5e11))
+    with pytest.raises(SceneError, match=r"youngs_modulus starts at 1e\+12 Pa .* 1e\+09 to 5e\+11"):
+        identify(scene, measured(frequency))
 
 
 def test_unknowns_that_set_the_same_are_refused(scene, frequency):
