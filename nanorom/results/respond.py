@@ -13,7 +13,7 @@ import attrs
 import h5py
 import numpy as np
 
-from nanorom.continuation import Course, Diagram, ModalSystem, add_isolas, explore_each
+from nanorom.continuation import Course, Diagram, ModalSystem, Unexplored, add_isolas, explore_each
 from nanorom.errors import AccuracyWarning, FileError
 from nanorom.files import hdf5
 from nanorom.launch import interactive, seldom, watched
@@ -35,6 +35,8 @@ from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.units import with_unit
 from nanorom.types import Progress
 from nanorom.version import version
+
+NO_ISOLAS = "isolas are not looked for along curves of folds where the film's heat has states"
 
 
 def respond(
@@ -84,7 +86,7 @@ def respond(
             given = system, omega, levels, processes, _watch(told, numbers, found, total)
             for place, diagram in explore_each(*given, **options):
                 number = numbers[place]
-                found[number] = diagram
+                found[number] = diagram = diagram.of_modes(model.size)
                 if path is not None:
                     add(file, path, number, diagram, empty)
                 told("drive levels", len(found), total)
@@ -108,8 +110,12 @@ def _whole(
 ) -> Response:
     """The response with its isolas and estimates."""
     system, omega, options = question.of(model)
-    whole = add_isolas(system, omega, diagrams, processes, **options)
-    return estimated(attrs.evolve(empty, diagrams=tuple(whole)), model, question)
+    if system.states is None:
+        diagrams = add_isolas(system, omega, diagrams, processes, **options)
+    else:  # curves of folds begin at whole orbits, and those here have no temperatures
+        for diagram in diagrams:
+            diagram.unexplored.append(Unexplored("isola", omega[0], NO_ISOLAS))
+    return estimated(attrs.evolve(empty, diagrams=tuple(diagrams)), model, question)
 
 
 def _watch(
