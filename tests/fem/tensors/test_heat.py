@@ -172,7 +172,7 @@ def test_response_to_a_laser_is_of_the_modes_alone_in_memory_and_in_its_file(mod
             start = motion[0] + motion[1::2].sum(axis=0)
             scale = np.abs(diagram.branches[1].amplitude).max()
             assert point.state[: model.size] == pytest.approx(start, abs=1e-12 * scale)
-        assert [left.kind for left in diagram.unexplored] == ["isola"]
+        assert "isola" in [left.kind for left in diagram.unexplored]
     assert nanorom.plots.response_figure(read).axes
 
 
