@@ -86,7 +86,9 @@ def respond(
             given = system, omega, levels, processes, _watch(told, numbers, found, total)
             for place, diagram in explore_each(*given, **options):
                 number = numbers[place]
-                found[number] = diagram = diagram.of_modes(model.size)
+                if system.states is not None:
+                    diagram = _of_modes(diagram, model.size, omega[0])
+                found[number] = diagram
                 if path is not None:
                     add(file, path, number, diagram, empty)
                 told("drive levels", len(found), total)
@@ -112,10 +114,16 @@ def _whole(
     system, omega, options = question.of(model)
     if system.states is None:
         diagrams = add_isolas(system, omega, diagrams, processes, **options)
-    else:  # curves of folds begin at whole orbits, and those here have no temperatures
-        for diagram in diagrams:
-            diagram.unexplored.append(Unexplored("isola", omega[0], NO_ISOLAS))
     return estimated(attrs.evolve(empty, diagrams=tuple(diagrams)), model, question)
+
+
+def _of_modes(diagram: Diagram, count: int, omega: float) -> Diagram:
+    """A diagram of L = ``count`` modes without temperatures; curves of folds begin at whole orbits,
+    with them, so that none lead to isolas.
+    """
+    modes = diagram.of_modes(count)
+    modes.unexplored.append(Unexplored("isola", omega, NO_ISOLAS))
+    return modes
 
 
 def _watch(
