@@ -58,10 +58,10 @@ def strengths(model, quality):
     return rows
 
 
-def main(directory="results/laser", ladder=LADDER):
+def main(directory="results/laser", ladder=LADDER, count=MODES):
     """Tell strengths and thresholds, draw the response by power; return the model and it."""
     directory = make_directory(Path(directory))
-    film = scene()
+    film = scene(count)
     model = nanorom.reduce(film)
     quality = film.damping.per_mode(1)[0]
     rows = strengths(model, quality)
