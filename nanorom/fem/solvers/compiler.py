@@ -61,11 +61,12 @@ def _headers() -> list[str]:
 
 
 def _compiler() -> dict[str, str]:
-    """The variable CC for Zig's compiler (``pip install ziglang``), where there is no other one."""
+    """Variables for Zig's compiler (``pip install ziglang``), where there is no other one."""
     usual = (sysconfig.get_config_var("CC") or "cc").split()[0]
     if "CC" in os.environ or shutil.which(usual) or importlib.util.find_spec("ziglang") is None:
         return {}
-    return {"CC": f"{shlex.quote(sys.executable)} -m ziglang cc"}
+    zig = f"{shlex.quote(sys.executable)} -m ziglang cc"
+    return {"CC": zig, "LDSHARED": f"{zig} -shared"}  # it has no -Bsymbolic-functions of Debian's
 
 
 def run(make: Callable[[], Form], folder: Path, compiles: bool) -> Form:
