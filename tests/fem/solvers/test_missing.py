@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -53,7 +54,12 @@ def test_compiler_of_the_index_is_found_where_there_is_no_other(tmp_path, drum_t
     """A package that calls itself ziglang compiles all forms; no other compiler is on the path."""
     (tmp_path / "modules" / "ziglang").mkdir(parents=True)
     (tmp_path / "modules" / "ziglang" / "__main__.py").write_text(ZIG)
-    own = {"PATH": str(tmp_path), "PYTHONPATH": str(tmp_path / "modules")}
+    programs = tmp_path / "programs"  # all but compilers
+    programs.mkdir()
+    for program in Path("/usr/bin").iterdir():
+        if not re.search(r"cc\b|clang", program.name):
+            (programs / program.name).symlink_to(program)
+    own = {"PATH": str(programs), "PYTHONPATH": str(tmp_path / "modules")}
     done = reduced(tmp_path, drum_toml, **own, XDG_CACHE_HOME=str(tmp_path / "cache"))
     assert done.returncode == 0, done.stderr
     assert list((tmp_path / "cache").rglob("libffcx_*.so"))

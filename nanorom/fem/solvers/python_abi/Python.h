@@ -26,6 +26,7 @@ typedef struct PyMethodDef {
 #define METH_VARARGS 0x0001
 #define METH_NOARGS 0x0004
 #define METH_O 0x0008
+#define PY_MAJOR_VERSION 3
 #define Py_file_input 257
 #define Py_eval_input 258
 
