@@ -143,13 +143,11 @@ def test_no_verb_prints_usage_and_sets_nothing_up(
 
 
 def test_tools_of_the_tests_are_asked_for_by_the_tests_alone(checkout: Path, bare: Path) -> None:
-    tools = [name for name in (REPOSITORY / TESTS).read_text().split("\n\n")[1].split()]
+    tools = (REPOSITORY / TESTS).read_text().split("\n\n")[1].split()
     assert "mypy" in tools and "python3-pytest" in tools
-    told = {
-        verb: run(checkout, verb, env={"PATH": str(bare)}).stderr.split() for verb in ("test", "demo")
-    }
-    assert set(tools) <= set(told["test"])
-    assert not set(tools) & set(told["demo"])
+    test, demo = (run(checkout, verb, env={"PATH": str(bare)}).stderr for verb in ("test", "demo"))
+    assert set(tools) <= set(test.split())
+    assert not set(tools) & set(demo.split())
 
 
 def test_package_list_names_openblas() -> None:
