@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nanorom.cli import commands
+from nanorom.cli import commands, devices
 
 
 class Command(NamedTuple):
@@ -347,6 +347,11 @@ COMMANDS = {
         commands.sensitivity_command,
         "Tell by how many per cent results change for each per cent of a scene's numbers.",
         _sensitivity,
+    ),
+    "sweep": Command(
+        devices.sweep_command,
+        "Reduce many devices, a grid or samples of a scene's keys, into one table.",
+        devices.sweep_options,
     ),
     "peaks": Command(
         commands.peaks_command,
