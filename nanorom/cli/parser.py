@@ -182,7 +182,9 @@ def _identify(parser: argparse.ArgumentParser) -> None:
 def _sensitivity(parser: argparse.ArgumentParser) -> None:
     _add_scene(parser)
     parser.add_argument(
-        "--of", metavar="NAMES", help="f1,m1,k1,b111,f2/f1,... (default: every f and b of one mode)"
+        "--of",
+        metavar="NAMES",
+        help="f1,m1,k1,b111,f2/f1,LP1,... (default: every f and b of one mode)",
     )
     parser.add_argument(
         "--by", metavar="KEYS", help="plate.thickness,tension.x,... (default: all that act)"

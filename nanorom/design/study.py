@@ -48,8 +48,8 @@ def study(
 
     A device that cannot be computed is a row with the reason.  With a path the table is saved
     there; rows are kept beside it until then, and the same call goes on from them if it was
-    interrupted.  Raises SceneError, ModelError for what is asked, FileError if the table cannot
-    be written, NanoromError under MPI.
+    interrupted (those that failed are tried again).  Raises SceneError, ModelError for what is
+    asked, FileError if the table cannot be written, NanoromError under MPI.
     """
     request = Request.of_table(scene, vary, of, samples, method, seed, seconds)
     return carry_out(request, processes, path, progress)
@@ -93,9 +93,8 @@ def _jobs(request: Request, rows: Sequence[int]) -> Iterator[Job]:
 
 
 def _fits(found: dict[str, Any], request: Request, row: int) -> bool:
-    """Whether a row that was kept is one of this study."""
-    values = found.get("values", [0.0] * len(request.of) if "failure" in found else [])
-    return row < len(request.rows) and len(values) == len(request.of)
+    """Whether a row that was kept is one of this study; one that failed is tried again."""
+    return row < len(request.rows) and len(found.get("values", ())) == len(request.of)
 
 
 def _table(request: Request, found: Sequence[Mapping[str, Any]]) -> Study:

@@ -1,0 +1,121 @@
+"""Derivatives of special points: exact scaling laws, and differences of diagrams."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nanorom.continuation import ModalSystem, explore, point_slopes
+from nanorom.errors import ContinuationError
+from tests.continuation.systems import duffing, from_monomials, random_potential
+
+EXACT = 1e-8  # relative
+DIFFERENCE = 1e-6  # relative, of differences of fourth order
+STEP = 1e-3
+
+
+def p2_points(kind):
+    system = from_monomials("p2")
+    diagram = explore(system, (1.9, 2.5), direct=0.004, parametric=0.016, depth=0)
+    return system, diagram.points(kind)[0], (0.004, 0.016)
+
+
+def changed(system, change, factor, levels):
+    """The system with arrays added, and its direct and parametric forces as patterns at level 1."""
+    arrays = {name: getattr(system, name) for name in ("mass", "damping", "stiffness")}
+    arrays |= {"quadratic": system.quadratic, "cubic": system.cubic}
+    arrays |= {"direct": levels[0] * system.direct, "parametric": levels[1] * system.parametric}
+    return ModalSystem(**{n: a + factor * change.get(n, 0.0) for n, a in arrays.items()})
+
+
+def random_change(system, seed, names):
+    rng = np.random.default_rng(seed)
+    result = {}
+    for name in names:
+        array = getattr(system, name)
+        noise = rng.uniform(-1, 1, array.shape)
+        result[name] = noise * np.abs(array)  # zeros stay: symmetries do
+    return result
+
+
+@pytest.mark.parametrize("kind", ["LP", "PD"])
+def test_units_of_displacement_leave_frequencies_and_scale_amplitudes(kind) -> None:
+    system, point, levels = p2_points(kind)
+    change = {
+        "cubic": 2 * system.cubic,
+        "quadratic": system.quadratic,
+        "direct": -levels[0] * system.direct,
+    }
+    (slope,) = point_slopes(system, point, *levels, [change])
+    assert abs(slope.omega) < EXACT * point.omega
+    np.testing.assert_allclose(slope.amplitude, -point.amplitude, rtol=EXACT)
+
+
+@pytest.mark.parametrize("kind", ["LP", "PD"])
+def test_units_of_time_and_of_mass_scale_frequencies(kind) -> None:
+    system, point, levels = p2_points(kind)
+    slower = {"mass": 2 * system.mass, "damping": system.damping}  # t -> t (1 + level)
+    heavier = {name: getattr(system, name) for name in ("mass", "damping", "stiffness", "cubic")}
+    heavier |= {"quadratic": system.quadratic}
+    full = system.arrays()
+    heavier |= {"direct": levels[0] * full["direct"], "parametric": levels[1] * full["parametric"]}
+    by_time, by_mass = point_slopes(system, point, *levels, [slower, heavier])
+    assert by_time.omega == pytest.approx(-point.omega, rel=EXACT)
+    assert np.abs(by_time.amplitude).max() < EXACT * point.amplitude.max()
+    assert abs(by_mass.omega) < EXACT * point.omega
+
+
+@pytest.mark.parametrize("name", ["damping", "stiffness", "cubic", "direct", "parametric"])
+@pytest.mark.parametrize("kind", ["LP", "PD"])
+def test_derivatives_are_those_of_diagrams_beside(kind, name) -> None:
+    system, point, levels = p2_points(kind)
+    change = random_change(system, 7, [name])
+    if name in ("direct", "parametric"):
+        change = {name: levels[name == "parametric"] * change[name]}
+    (slope,) = point_slopes(system, point, *levels, [change])
+
+    def there(factor):
+        moved = changed(system, change, factor, levels)
+        span = point.omega - 0.03, point.omega + 0.03
+        found = explore(moved, span, direct=1.0, parametric=1.0, depth=0).points(kind)
+        near = min(found, key=lambda each: abs(each.omega - point.omega))
+        return np.append(near.amplitude, near.omega)
+
+    near, far = ((there(s) - there(-s)) / (2 * s) for s in (STEP, 2 * STEP))
+    expected = (4 * near - far) / 3
+    scale = np.append(np.full(system.size, point.amplitude.max()), point.omega)
+    error = np.append(slope.amplitude, slope.omega) - expected
+    assert np.abs(error / scale).max() < DIFFERENCE
+
+
+def test_torus_points_have_derivatives_too() -> None:
+    system = random_potential(3, 11)
+    point, levels, span = None, (0.0, 0.0), (0.0, 0.0)
+    for level in (0.05, 0.1, 0.2):
+        levels, span = (level, 0.0), (0.7, 1.6)
+        found = explore(system, span, direct=level, depth=0).points("NS")
+        if found:
+            point = found[0]
+            break
+    assert point is not None
+    change = {"stiffness": np.diag([0.0, 0.5, 1.0]) @ system.stiffness}
+    (slope,) = point_slopes(system, point, *levels, [change])
+
+    def there(factor):
+        moved = changed(system, change, factor, levels)
+        near = (point.omega - 0.02, point.omega + 0.02)
+        found = explore(moved, near, direct=1.0, parametric=1.0, depth=0).points("NS")
+        return min((p.omega for p in found), key=lambda omega: abs(omega - point.omega))
+
+    near, far = ((there(s) - there(-s)) / (2 * s) for s in (STEP, 2 * STEP))
+    assert slope.omega == pytest.approx((4 * near - far) / 3, rel=DIFFERENCE)
+
+
+def test_points_of_another_system_and_unknown_arrays_are_refused() -> None:
+    system = duffing()
+    fold = explore(system, (0.8, 1.5), direct=0.005).points("LP")[0]
+    with pytest.raises(ContinuationError, match="springs"):
+        point_slopes(system, fold, 0.005, 0.0, [{"springs": 1.0}])
+    with pytest.raises(ContinuationError):
+        point_slopes(system, fold, 0.05, 0.0, [{"stiffness": 1.0}])
+    assert point_slopes(system, fold, 0.005, 0.0, []) == []
