@@ -152,6 +152,7 @@ def _model(
         mass=moved(lambda a: a.mass),
         label=tuple(label),
         number=np.array(number),
+        damping=np.zeros((size, size)),  # that of the scene takes its place
         stiffness=moved(lambda a: a.stiffness),
         quadratic=np.zeros((size,) * 3),
         cubic=moved(lambda a: a.cubic),

@@ -30,6 +30,8 @@ from nanorom.types import Array
 
 TOLERANCE = 1e-11  # of the orbit: the last harmonics of the point that is derived
 STEP = 1e-5  # of the orbit: difference of its maximum, of which the square remains
+DEGENERATE = 1e-3  # relative error of a derivative by round-off: beyond, there is none
+TINY = 1e-300
 SAME = 1e-6  # of the frequency: as far as the point is corrected
 
 
@@ -90,7 +92,10 @@ def point_slopes(
     if abs(z[n] - rate) > SAME * rate:
         raise ContinuationError(f"{point.type}: it is none of this system at these levels")
     _, jacobian = balance.system(z)
-    factors = lu_factor(np.delete(jacobian, n + 1, axis=1))
+    at_level = np.delete(jacobian, n + 1, axis=1)
+    factors = lu_factor(at_level)
+    if not np.linalg.cond(at_level, 1) * np.finfo(float).eps < DEGENERATE:
+        raise ContinuationError(f"{point.type}: degenerate, it has no derivatives")
     found = []
     for change in scaled:
         own = CriticalBalance(unit, change, support, kind, multiple, balance.basis.harmonics)
@@ -132,7 +137,7 @@ def _in_units(
     basis, n = balance.basis, balance.basis.size
     orbit, slope = (unit.given(basis.expand(basis.unpack(x[:n]), unit.size)) for x in (z, moved))
     # the maximum does not feel to first order where it is: differences of it have no other error
-    step = STEP * np.abs(orbit).max() / max(float(np.abs(slope).max()), np.finfo(float).tiny)
+    step = STEP * np.abs(orbit).max() / max(float(np.abs(slope).max()), TINY)
     high, low = orbit_amplitudes(np.array([orbit + step * slope, orbit - step * slope]))
     omega = multiple * unit.frequency * float(moved[n])
     return PointSlope(omega, (high - low) / (2 * step))

@@ -7,7 +7,7 @@ import pytest
 
 from nanorom.continuation import ModalSystem, explore, point_slopes
 from nanorom.errors import ContinuationError
-from tests.continuation.systems import duffing, from_monomials, random_potential
+from tests.continuation.systems import duffing, from_monomials
 
 EXACT = 1e-8  # relative
 DIFFERENCE = 1e-6  # relative, of differences of fourth order
@@ -89,26 +89,26 @@ def test_derivatives_are_those_of_diagrams_beside(kind, name) -> None:
 
 
 def test_torus_points_have_derivatives_too() -> None:
-    system = random_potential(3, 11)
-    point, levels, span = None, (0.0, 0.0), (0.0, 0.0)
-    for level in (0.05, 0.1, 0.2):
-        levels, span = (level, 0.0), (0.7, 1.6)
-        found = explore(system, span, direct=level, depth=0).points("NS")
-        if found:
-            point = found[0]
-            break
-    assert point is not None
-    change = {"stiffness": np.diag([0.0, 0.5, 1.0]) @ system.stiffness}
-    (slope,) = point_slopes(system, point, *levels, [change])
+    """The system of tori/test_families.py; by one stiffness, and by what couples the modes."""
+    quadratic = np.zeros((2, 2, 2))
+    quadratic[0, 0, 1] = quadratic[0, 1, 0] = 0.5
+    quadratic[1, 0, 0] = 1.0
+    system = ModalSystem(
+        damping=[0.005, 0.01], stiffness=[1.0, 4.0], quadratic=quadratic, direct=[1.0, 0.0]
+    )
+    levels, span = (0.01, 0.0), (0.95, 1.0)
+    changes = [{"stiffness": np.diag([0.0, 0.1])}, {"quadratic": quadratic}]
+    point = explore(system, span, direct=levels[0]).points("NS")[0]
+    slopes = point_slopes(system, point, *levels, changes)
+    for change, slope in zip(changes, slopes):
 
-    def there(factor):
-        moved = changed(system, change, factor, levels)
-        near = (point.omega - 0.02, point.omega + 0.02)
-        found = explore(moved, near, direct=1.0, parametric=1.0, depth=0).points("NS")
-        return min((p.omega for p in found), key=lambda omega: abs(omega - point.omega))
+        def there(factor, change=change):
+            moved = changed(system, change, factor, levels)
+            found = explore(moved, span, direct=1.0, parametric=1.0).points("NS")
+            return min((p.omega for p in found), key=lambda omega: abs(omega - point.omega))
 
-    near, far = ((there(s) - there(-s)) / (2 * s) for s in (STEP, 2 * STEP))
-    assert slope.omega == pytest.approx((4 * near - far) / 3, rel=DIFFERENCE)
+        near, far = ((there(s) - there(-s)) / (2 * s) for s in (STEP, 2 * STEP))
+        assert slope.omega == pytest.approx((4 * near - far) / 3, rel=DIFFERENCE)
 
 
 def test_points_of_another_system_and_unknown_arrays_are_refused() -> None:
