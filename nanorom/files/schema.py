@@ -37,6 +37,8 @@ AXES = {
     "g": "growths",
     "M": "multipliers, 2 L and those of states of first order",
     "t": "parts",
+    "p": "keys",
+    "q": "quantities",
 }
 SYMMETRIC = "symmetric"
 POTENTIAL = "symmetric in all indices"  # a force that derives from a potential
