@@ -86,11 +86,9 @@ def respond(
             given = system, omega, levels, processes, _watch(told, numbers, found, total)
             for place, diagram in explore_each(*given, **options):
                 number = numbers[place]
-                if system.states is not None:
-                    diagram = _of_modes(diagram, model.size, omega[0])
-                found[number] = diagram
+                found[number] = _of_modes(diagram, model.size, omega[0])
                 if path is not None:
-                    add(file, path, number, diagram, empty)
+                    add(file, path, number, found[number], empty)
                 told("drive levels", len(found), total)
         except KeyboardInterrupt:
             if path is not None or not found or not interactive():
@@ -121,6 +119,8 @@ def _of_modes(diagram: Diagram, count: int, omega: float) -> Diagram:
     """A diagram of L = ``count`` modes without temperatures; curves of folds begin at whole orbits,
     with them, so that none lead to isolas.
     """
+    if not diagram.branches or diagram.branches[0].amplitude.shape[1] == count:
+        return diagram
     modes = diagram.of_modes(count)
     modes.unexplored.append(Unexplored("isola", omega, NO_ISOLAS))
     return modes
