@@ -29,8 +29,8 @@ ORDERS = (1, 2, 3)
 PER_OSCILLATION = 40  # steps of the fastest mode
 NEWTONS, CLOSED = 25, 1e-8
 LARGEST = 3.0  # of amplitudes of the diagram: random states
-SAME = 2e-2  # of an amplitude, which is interpolated between points of a branch
-AWAY = 2e-2  # of the largest amplitude: of a mode that hardly moves
+SAME = 6e-2  # of an amplitude, which is interpolated between points of a branch
+AWAY = 5e-2  # of the largest amplitude: of a mode that hardly moves
 UNSTABLE = 100.0  # multiplier beyond which an orbit that nothing leads to is not followed
 
 
