@@ -22,7 +22,7 @@ from nanorom.continuation.diagrams.subharmonics import stretches
 from nanorom.continuation.diagrams.window import Window
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
-from nanorom.continuation.orbits.orbit import REST, Orbit, PeriodicOrbit
+from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, is_shorter
 from nanorom.continuation.points.directions import breaking, crossing
 from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
 from nanorom.continuation.settings import Settings, check_range
@@ -35,7 +35,6 @@ SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves i
 LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
 HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
 UNSTABLE = 100.0  # multiplier beyond which an orbit that nothing leads to is not followed
-SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
 @one_thread()
@@ -263,7 +262,7 @@ class _Explorer:
             if not alone and not self.record.known:  # a level need not have what another one has
                 self.record.leave("start", seed.omega, f"from a seed: {error}")
             return False
-        if _is_shorter(orbit):
+        if is_shorter(orbit):
             return False
         if not self.record.is_new(orbit):
             return True
@@ -392,11 +391,3 @@ class _Explorer:
             ):
                 continue
             node.reached = True
-
-
-def _is_shorter(orbit: Orbit) -> bool:
-    """Whether an orbit of period_multiple > 1 has the period of the drive after all."""
-    numbers = (np.arange(len(orbit.coefficients)) + 1) // 2
-    part = np.abs(orbit.coefficients[numbers % orbit.period_multiple != 0]).max(initial=0.0)
-    scale = max(np.abs(orbit.coefficients).max(initial=0.0), REST)
-    return orbit.period_multiple > 1 and bool(part <= SHORTER * scale)
