@@ -12,7 +12,7 @@ import attrs
 from nanorom.bench import report
 from nanorom.errors import FileError
 
-Row = TypeVar("Row")
+Row = TypeVar("Row", bound="attrs.AttrsInstance")
 
 
 def rows(
