@@ -13,11 +13,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nanorom.design.study import study
     from nanorom.errors import NanoromError
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
     from nanorom.results.sensitivity import Sensitivity
+    from nanorom.results.study import Study
     from nanorom.results.verified import Verified
     from nanorom.rom.manifold.reduced import manifold
     from nanorom.rom.model import ReducedModel
@@ -36,11 +38,13 @@ if TYPE_CHECKING:
     from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
+    "design.study": ("study",),
     "errors": ("NanoromError",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
     "results.sensitivity": ("Sensitivity",),
+    "results.study": ("Study",),
     "results.verified": ("Verified",),
     "rom.manifold.reduced": ("manifold",),
     "rom.model": ("ReducedModel",),
@@ -118,6 +122,7 @@ __all__ = [
     "Spring",
     "Stack",
     "String",
+    "Study",
     "Support",
     "Sweep",
     "Tension",
@@ -128,6 +133,7 @@ __all__ = [
     "respond",
     "run",
     "sensitivity",
+    "study",
     "tune",
     "verify",
 ]

@@ -126,36 +126,46 @@ def sensitivity(
     """Exact derivatives of what the model of a scene says, by the numbers of the scene.
 
     ``of``: names such as f1, m1, k1, b111, b112@2, J1.pressure, P11.tension, f(f11c) and quotients
-    f2/f1; all frequencies and the b of single modes if left out.  ``by``: keys such as
+    f2/f1, and of special points of the scene's response: LP1, the first fold by frequency at the
+    last level, PD1@2, NS1.f01 (`nanorom.results.special`); all frequencies and the b of single
+    modes if left out.  ``by``: keys such as
     plate.thickness or tension.x, all there are if left out.  The table has d ln(of) / d ln(by).
     Of flat plates and membranes on rigid supports.  Under MPI every rank gets the same table.
     Raises SceneError, ModelError for a name that is not there, SolverError, NanoromError if
     DOLFINx is not installed.
     """
+    from nanorom.results import special
     from nanorom.results.sensitivity import Sensitivity
     from nanorom.rom import quantities
 
+    scene = Scene.of(scene)
+    points = list(filter(special.is_name, of or ()))
+    if points:
+        special.check(scene)
     with finite_elements():
         from nanorom.fem.sensitivity.model import model_slopes
     with watched(progress) as told:
-        found = model_slopes(Scene.of(scene), by, told)
+        found = model_slopes(scene, by, told)
+        given = found.value, found.slope, found.label, found.number
+        named = special.derived(points, scene, *given, told) if points else {}
     modes = range(1, len(found.label) + 1)
     each = [f"f{n}" for n in modes] + [f"b({n},{n},{n})" for n in modes]
     names = tuple(each if of is None else of)
-    values = [quantities.value(name, found.value, found.label) for name in names]
-    slopes = [
-        [
-            quantities.slope(name, found.value, change, found.label)
-            for change in found.slope.values()
-        ]
-        for name in names
-    ]
+    for name in names:
+        if name not in named:
+            named[name] = special.Named(
+                *quantities.value(name, found.value, found.label),
+                tuple(
+                    quantities.slope(name, found.value, change, found.label)
+                    for change in found.slope.values()
+                ),
+            )
     return Sensitivity(
         of=names,
-        unit=tuple(unit for _, unit in values),
-        value=np.array([value for value, _ in values]),
+        unit=tuple(named[name].unit for name in names),
+        value=np.array([named[name].value for name in names]),
         by=tuple(found.slope),
-        slope=np.array(slopes).reshape(len(names), len(found.slope)),
+        slope=np.array([named[name].slope for name in names]).reshape(len(names), -1),
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nanorom.cli import commands
+from nanorom.cli import commands, devices
 
 
 class Command(NamedTuple):
@@ -182,7 +182,9 @@ def _identify(parser: argparse.ArgumentParser) -> None:
 def _sensitivity(parser: argparse.ArgumentParser) -> None:
     _add_scene(parser)
     parser.add_argument(
-        "--of", metavar="NAMES", help="f1,m1,k1,b111,f2/f1,... (default: every f and b of one mode)"
+        "--of",
+        metavar="NAMES",
+        help="f1,m1,k1,b111,f2/f1,LP1,... (default: every f and b of one mode)",
     )
     parser.add_argument(
         "--by", metavar="KEYS", help="plate.thickness,tension.x,... (default: all that act)"
@@ -348,6 +350,11 @@ COMMANDS = {
         commands.sensitivity_command,
         "Tell by how many per cent results change for each per cent of a scene's numbers.",
         _sensitivity,
+    ),
+    "sweep": Command(
+        devices.sweep_command,
+        "Reduce many devices, a grid or samples of a scene's keys, into one table.",
+        devices.sweep_options,
     ),
     "peaks": Command(
         commands.peaks_command,

@@ -11,6 +11,7 @@ from nanorom.continuation.curves.limit_cycles import limit_cycles
 from nanorom.continuation.curves.locus import Locus, locus
 from nanorom.continuation.curves.phase_resonance import phase_resonance
 from nanorom.continuation.curves.rest import RestPoint, RestStates, rest_states
+from nanorom.continuation.curves.slopes import PointSlope, point_slopes
 from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint, Unexplored
 from nanorom.continuation.diagrams.explore import explore
@@ -42,6 +43,7 @@ __all__ = [
     "ModalSystem",
     "OrbitCurve",
     "PeriodicOrbit",
+    "PointSlope",
     "QuasiPeriodic",
     "Ramp",
     "Readout",
@@ -67,6 +69,7 @@ __all__ = [
     "limit_cycles",
     "locus",
     "phase_resonance",
+    "point_slopes",
     "ramp",
     "readout",
     "record",

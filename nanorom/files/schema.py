@@ -36,6 +36,8 @@ AXES = {
     "n": "rows",
     "g": "growths",
     "t": "parts",
+    "p": "keys",
+    "q": "quantities",
 }
 SYMMETRIC = "symmetric"
 POTENTIAL = "symmetric in all indices"  # a force that derives from a potential

@@ -84,6 +84,14 @@ KINDS = {
         "nanorom.report.notebook:effective_html",
         "nanorom.report.page:effective_page",
     ),
+    "nanorom-study": Kind(
+        "study.h5",
+        "nanorom.results.study:Study.load",
+        "nanorom.report.study:study_text",
+        "nanorom.plots.files:draw_study",
+        "nanorom.report.notebook:study_html",
+        "nanorom.report.page:study_page",
+    ),
 }
 
 

@@ -12,6 +12,7 @@ from nanorom.plots.reading import reading_figure
 from nanorom.plots.resonances import resonance_figure
 from nanorom.plots.response import amplitude_panels, comparison_figure, response_figure
 from nanorom.plots.sensitivity import sensitivity_figure
+from nanorom.plots.study import study_figure
 from nanorom.plots.verified import verified_figure
 
 __all__ = [
@@ -30,5 +31,6 @@ __all__ = [
     "resonance_figure",
     "response_figure",
     "sensitivity_figure",
+    "study_figure",
     "verified_figure",
 ]

@@ -11,6 +11,7 @@ from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.reading import reading_figure
 from nanorom.plots.response import amplitude_panels, response_figure
+from nanorom.plots.study import study_figure
 from nanorom.plots.verified import verified_figure
 from nanorom.scene.fields import read_quantities
 from nanorom.scene.units import wrong
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.readings import Output
     from nanorom.results.response import Response
+    from nanorom.results.study import Study
     from nanorom.results.verified import Verified
     from nanorom.rom.model import ReducedModel
 
@@ -75,6 +77,14 @@ def draw_effective(
     """A picture of the file's name: backbone, what fits return, parts of the coefficient."""
     _no_data(path, measured)
     effective_figure(effective, folder / path.with_suffix(".png").name)
+
+
+def draw_study(
+    study: Study, path: Path, folder: Path, measured: MeasuredResponse | None = None
+) -> None:
+    """A picture of the file's name: quantities against what varies."""
+    _no_data(path, measured)
+    study_figure(study, folder / path.with_suffix(".png").name)
 
 
 def draw_load_curve(

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from nanorom.results.effective import Effective
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.response import Response
+    from nanorom.results.study import Study
     from nanorom.results.verified import Verified
 
 MOST_PICTURES = 12  # of modes; a notebook stays small and quick
@@ -47,6 +48,13 @@ def load_curve_html(curve: LoadCurve) -> str:
 def effective_html(effective: Effective) -> str:
     """The coefficients and what they come from."""
     return f"<pre>{escape(effective.text())}</pre>"
+
+
+def study_html(study: Study) -> str:
+    """How keys and quantities are spread."""
+    from nanorom.report.study import study_text
+
+    return f"<pre>{escape(study_text(study))}</pre>"
 
 
 def verified_html(verified: Verified) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from nanorom.errors import FileError
 from nanorom.files import stored
 from nanorom.report import html, sections, text
+from nanorom.report.study import study_text
 from nanorom.report.viewer import data
 from nanorom.report.viewer.pack import Pack
 from nanorom.report.viewer.page import Page
@@ -15,6 +16,7 @@ from nanorom.results.beside import model_beside
 from nanorom.results.effective import Effective
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.results.response import Response
+from nanorom.results.study import Study
 from nanorom.results.verified import Verified
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.scene import Scene
@@ -83,6 +85,12 @@ def effective_page(effective: Effective, path: Path) -> Page:
     """Coefficients of one mode, and what they come from."""
     table = sections.plain("Effective coefficients", effective.text())
     return Page(_title(path), f"effective coefficients of {effective.mode}", Pack(), [table])
+
+
+def study_page(study: Study, path: Path) -> Page:
+    """How keys and quantities of many devices are spread."""
+    below = [sections.plain("Spread", study_text(study)), sections.parameters(study.scene)]
+    return Page(_title(path), f"a study of {text.counted(len(study), 'device')}", Pack(), below)
 
 
 def verified_page(verified: Verified, path: Path) -> Page:

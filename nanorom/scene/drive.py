@@ -54,8 +54,8 @@ class Drive:
     direct, parametric: levels of ``direct_pattern`` and of ``parametric_pattern``, each in the unit
         that its class in `nanorom.scene.patterns` names.
     harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
-    Further keys are those of the patterns, declared by them; some stand in the place of all of
-    these (``voltage``, ``laser``).
+    voltage: amplitude in V on the gate that attracts the film, in the place of all of these; laser:
+        that in W of light that heats it.
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.
     """
@@ -252,3 +252,15 @@ class Drive:
     def units(self) -> tuple[str, str]:
         """Units of the direct and of the parametric levels."""
         return DIRECT[self.direct_pattern].unit, PARAMETRIC[self.parametric_pattern].unit
+
+
+def _about_keys() -> str:
+    """What the patterns say of the keys that they bring."""
+    lines = []
+    for name, field in KEYS.items():
+        unit = field.metadata["unit"]
+        lines.append(f"{name}: {field.metadata['about']}{f', in {unit}' if unit else ''}.")
+    return "\n    ".join(lines)
+
+
+Drive.__doc__ = f"{Drive.__doc__}Keys of patterns:\n    {_about_keys()}"

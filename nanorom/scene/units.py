@@ -95,6 +95,18 @@ def to_si(value: Any, unit: str, key: str) -> float:
     return number
 
 
+def of_any_dimension(value: Any, key: str) -> tuple[float, str]:
+    """A quantity in SI and its SI unit, "" for a plain number; raises SceneError."""
+    match = _QUANTITY.fullmatch(value.strip()) if isinstance(value, str) else None
+    if match is None or match[2] is None:
+        return to_si(value, "1", key), ""
+    dimension = _factor(match[2], key)[1]
+    for unit in MEANINGS:
+        if dimension == ({} if unit == "1" else _factor(unit, key)[1]):
+            return to_si(value, unit, key), unit
+    raise wrong(key, value, f"a quantity in one of {', '.join(MEANINGS)}")
+
+
 def wrong(key: str, found: Any, allowed: str) -> SceneError:
     """The error every bad value gets: the key, what was found, what is allowed."""
     return SceneError(f"{key}: found {_shown(found)}; allowed: {allowed}")

@@ -4,6 +4,7 @@ import importlib.util
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 REPOSITORY = Path(__file__).parents[2]
@@ -61,6 +62,43 @@ def test_how_to_pages_of_the_second_half_print_what_they_say(make, tmp_path):
     assert up > down + 0.1
     quality = float(re.search(r"^quality factor ([\d.]+)$", instruments, re.M)[1])
     assert quality == pytest.approx(50, rel=0.1)
+
+
+def test_spectrum_gives_the_device_that_it_was_made_of(make, tmp_path):
+    """The frequencies are exact ones of known tensions and modulus, each changed by some 0.1 %."""
+    page = make.executed(DOCS / "tutorials/spectrum.md", tmp_path)
+    for name, true in (("tension_x", 0.321), ("tension_y", 0.257), ("youngs_modulus", 410e9)):
+        value, interval = map(float, re.search(rf"^{name} +(\S+) \+- (\S+)$", page, re.M).groups())
+        assert abs(value - true) < 2 * interval
+    assert "f01 f11s f11c f21c" in page and "![response.png]" in page
+
+
+def test_gate_lowers_the_frequency_before_it_raises_it(make, tmp_path):
+    page = make.executed(DOCS / "tutorials/gate.md", tmp_path)
+    rows = re.findall(r"^ *([\d.]+) V +(\S+) nm +([\d.]+) MHz$", page, re.M)
+    voltage, centre, frequency = map(list, zip(*[map(float, row) for row in rows]))
+    assert voltage[0] == 0.0 and voltage[-1] == 12.0
+    assert (np.diff(np.abs(centre)) > 0).all()
+    assert min(frequency) < frequency[0] < frequency[-1]
+    told = float(re.search(r"^([\d.]+) MHz, a111", page, re.M)[1])
+    assert told == pytest.approx(frequency[-1], rel=1e-3)
+
+
+def test_film_is_asked_what_one_mode_leaves_out(make, tmp_path):
+    page = make.executed(DOCS / "tutorials/check.md", tmp_path)
+    row = r"^1 +0 +- +[\d.]+ +f01 +([\d.]+) +([\d.]+) +\S+ +(\S+)"
+    rows = [tuple(map(float, found)) for found in re.findall(row, page, re.M)]
+    assert len(rows) == 2
+    for model, film, estimate in rows:
+        assert 0 < abs(model / film - 1) < 3 * estimate
+
+
+def test_larger_drums_are_slower_as_membranes_are(make, tmp_path):
+    page = make.executed(DOCS / "howto/many.md", tmp_path)
+    rows = re.findall(r"^(\d) um +([\d.]+) MHz", page, re.M)
+    products = [float(radius) * float(frequency) for radius, frequency in rows]
+    assert len(products) == 3
+    assert products == pytest.approx([products[0]] * 3, rel=1e-6)
 
 
 def test_command_line_page_has_every_command(make):

@@ -9,6 +9,7 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PACKAGES = REPOSITORY / "docker/packages.txt"
+TESTS = "docker/packages-tests.txt"
 TOOLS = ["cat", "cmp", "dirname", "flock", "grep", "readlink", "rm", "sed", "sh", "tr", "xargs"]
 FORBIDDEN = ["apt-get", "dpkg", "sudo", "pip", "pip3"]
 WHERE = ["python", "-c", "import nanorom, sys; print(nanorom.__file__, sys.prefix, sep='\\n')"]
@@ -46,7 +47,7 @@ def copy_checkout(place: Path) -> Path:
     """A checkout whose path has a space, with its own environment still to be made."""
     copy = place / "a checkout"
     (copy / "docker").mkdir(parents=True)
-    for name in ["run", "pyproject.toml", "README.md", "docker/packages.txt"]:
+    for name in ["run", "pyproject.toml", "README.md", "docker/packages.txt", TESTS]:
         shutil.copy(REPOSITORY / name, copy / name)
     for name in ["nanorom", "meshes"]:
         shutil.copytree(REPOSITORY / name, copy / name, symlinks=True)
@@ -139,6 +140,14 @@ def test_no_verb_prints_usage_and_sets_nothing_up(
     assert done.returncode == 0
     assert "./run demo" in done.stdout
     assert not (checkout / ".venv").exists()
+
+
+def test_tools_of_the_tests_are_asked_for_by_the_tests_alone(checkout: Path, bare: Path) -> None:
+    tools = (REPOSITORY / TESTS).read_text().split("\n\n")[1].split()
+    assert "mypy" in tools and "python3-pytest" in tools
+    test, demo = (run(checkout, verb, env={"PATH": str(bare)}).stderr for verb in ("test", "demo"))
+    assert set(tools) <= set(test.split())
+    assert not set(tools) & set(demo.split())
 
 
 def test_package_list_names_openblas() -> None:

@@ -111,15 +111,8 @@ class Curve(ABC):
         """Points from the first one in one direction; sign: of the change of the level, or of that
         along a direction (2H + 1, L) of the coefficients, in which the first one stays where it is.
         """
-        support = self._support(first.full)
-        balance = self._balance(support, self._harmonics(first.full))
-        border = np.zeros(balance.basis.size + 2 + len(first.more))
-        border[balance.basis.size + 1] = 1.0
-        if direction is not None:
-            border = self._pack(balance, Point(direction, 0.0, 0.0, (0.0,) * len(first.more)))
-        z, tangent, _ = self._correct(balance, self._pack(balance, first), border)
-        tangent *= sign * (1.0 if tangent @ border >= 0 else -1.0)
-        start = Place(balance, support, z, tangent)
+        start = self.place(first, direction)
+        start = attrs.evolve(start, tangent=sign * start.tangent)
         points = [self._unpack(start)]
         control = StepControl(FIRST * largest, LEAST_STEP, largest, steps)
         for here, there in March(self._advance, start, control):
@@ -128,6 +121,19 @@ class Curve(ABC):
             if not self._inside(points[-1]):
                 break
         return points
+
+    def place(self, first: Point, direction: Array | None = None) -> Place:
+        """The first point, corrected at its level, or across a direction of the coefficients, along
+        which the tangent leads; raises ContinuationError.
+        """
+        support = self._support(first.full)
+        balance = self._balance(support, self._harmonics(first.full))
+        border = np.zeros(balance.basis.size + 2 + len(first.more))
+        border[balance.basis.size + 1] = 1.0
+        if direction is not None:
+            border = self._pack(balance, Point(direction, 0.0, 0.0, (0.0,) * len(first.more)))
+        z, tangent, _ = self._correct(balance, self._pack(balance, first), border)
+        return Place(balance, support, z, tangent * (1.0 if tangent @ border >= 0 else -1.0))
 
     def _harmonics(self, full: Array) -> int:
         """How many of an orbit's harmonics are not small."""

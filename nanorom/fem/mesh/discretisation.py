@@ -9,21 +9,17 @@ The constants were set against the exact solutions of `nanorom bench --accuracy`
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
 
 import attrs
 import numpy as np
 
+from nanorom.fem.mesh.arrays import Source
 from nanorom.fem.mesh.corners import Corners
-from nanorom.fem.mesh.gmsh import MESHES, Grading, load
+from nanorom.fem.mesh.gmsh import GmshFile
+from nanorom.fem.mesh.shapes import Grid, Rings
 from nanorom.fem.mesh.singular import Corner
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
-from nanorom.scene.geometry import (
-    Disc,
-    MeshFile,
-    Rectangle,
-    String,
-)
+from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.scene import Scene
@@ -46,21 +42,17 @@ SLENDERNESS = 8.0  # longest cell of a string by its half width: beyond, roundin
 
 @attrs.frozen
 class Discretisation:
-    """A geometry file with its parameters, the order of its cells' map, and the degree.
+    """What is meshed, the order of its cells' map, and the degree.
 
-    The file describes the part of the film that ``mirrors`` cut out; ``whole``: it is unfolded
-    and the whole film is meshed; ``size_factor`` scales the cells of a geometry file;
-    ``corners``: how cells shrink where the support changes.
+    The source describes the part of the film that ``mirrors`` cut out; ``whole``: it is unfolded
+    and the whole film is meshed; ``corners``: how cells shrink where the support changes.
     """
 
-    file: Path
-    parameters: dict[str, float]
+    source: Source
     degree: int
     order: int
-    grading: Grading | None = None
     mirrors: Mirrors = Mirrors()
     whole: bool = False
-    size_factor: float = 1.0
     corners: Corners | None = None
 
 
@@ -97,7 +89,8 @@ def _file(
     if tolerance is not None and scene.accuracy.tolerance is not None:
         finer = (tolerance / scene.accuracy.tolerance) ** (1 / _rate(scene))
     corners = _corners(scene, length, tolerance)
-    return Discretisation(geometry.file, {}, degree, degree, size_factor=finer, corners=corners)
+    source = GmshFile(geometry.file, size_factor=finer)
+    return Discretisation(source, degree, degree, corners=corners)
 
 
 def _corners(scene: Scene, length: float, tolerance: float | None) -> Corners | None:
@@ -172,22 +165,11 @@ def _disc(
         core = np.concatenate([inner / n_inner * np.arange(1, spot * n_inner / inner), core])
     radii = np.concatenate([[0.0], core, uniform, inner + np.cumsum(shrinking)])
     radii[-1] = 1.0
-    parameters = {
-        "radius": 1.0,
-        "rings": len(radii) - 1,
-        "growth": GROWTH,
-        "sectors": 4 * np.ceil(GROWTH * np.ceil(1 / size - 1e-9)),
-        "quadrants": 4 // mirrors.copies,
-    }
-    equal = np.linspace(0.0, 1.0, len(radii))
-
-    def move(points: np.ndarray) -> np.ndarray:
-        radius = np.linalg.norm(points, axis=1)
-        scale = np.interp(radius, equal, radii) / np.where(radius > 0, radius, 1.0)
-        return points * scale[:, None]
-
-    grading = Grading(move, polar=spot if len(core) else min(inner, radii[-2]))
-    return Discretisation(MESHES / "drum.geo", parameters, degree, order, grading, mirrors)
+    at_most = int(np.ceil(GROWTH * np.ceil(1 / size - 1e-9)))
+    sectors = [min(int(np.ceil(GROWTH * ring)), at_most) for ring in range(1, len(radii))]
+    polar = spot if len(core) else min(inner, radii[-2])
+    disc = Rings(tuple(radii[1:]), tuple(sectors), 4 // mirrors.copies, polar)
+    return Discretisation(disc, degree, order, mirrors)
 
 
 def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
@@ -238,7 +220,6 @@ def _rectangle(
 ) -> Discretisation:
     """Rows and columns that shrink towards clamped sides; corners are graded by themselves."""
     sides = {"x": geometry.length / length, "y": geometry.width / length}
-    parameters = {"length": sides["x"], "width": sides["y"]}
     size = min(size, max(sides.values()) / 2, SLENDERNESS * min(sides.values()) / 2)
     lines = {}
     for axis, side in sides.items():
@@ -253,18 +234,9 @@ def _rectangle(
         n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
         widths = np.concatenate([low[::-1], np.full(n_inner, inner / n_inner), high])
         lines[axis] = np.concatenate([[0.0], np.cumsum(widths)]) + start
-        parameters |= {f"n_{axis}": len(widths), f"half_{axis}": half}
-
-    def move(points: np.ndarray) -> np.ndarray:
-        columns = []
-        for points_1d, ends in zip(points.T, lines.values()):
-            uniform = np.linspace(ends[0], ends[-1], len(ends))
-            columns.append(np.interp(points_1d, uniform, ends))
-        return np.column_stack(columns)
-
-    file = MESHES / ("string.geo" if isinstance(geometry, String) else "rectangle.geo")
+    grid = Grid(tuple(lines["x"]), tuple(lines["y"]), mirrors)
     corners = _corners(scene, length, tolerance)
-    return Discretisation(file, parameters, degree, 1, Grading(move), mirrors, corners=corners)
+    return Discretisation(grid, degree, 1, mirrors, corners=corners)
 
 
 def _end_rows(kind: Kind, size: float, layer: float, tolerance: float | None) -> np.ndarray:
@@ -283,25 +255,27 @@ def dofs_of(cells: int, degree: int) -> int:
     return int(cells * degree**2 / 2 * 1.05)
 
 
+def surface(chosen: Discretisation) -> Discretisation:
+    """A file's as one in space, whose corners are not graded."""
+    if not isinstance(chosen.source, GmshFile):
+        return chosen
+    return attrs.evolve(chosen, source=attrs.evolve(chosen.source, in_space=True), corners=None)
+
+
 def measured(chosen: Discretisation, in_space: bool = False) -> tuple[int, np.ndarray]:
-    """Cells of a mesh file and the sides (2,) or (3,) of the box about it, by gmsh. One process.
+    """Cells of a discretisation and the sides (2,) or (3,) of the box about it. One process.
 
     Raises MeshError as meshing does.
     """
-    size, corners = chosen.size_factor, None if in_space else chosen.corners
-    data = load(chosen.file, {}, 1, None, size, corners, in_space)
+    chosen = surface(chosen) if in_space else chosen
+    data = chosen.source.mesh(1, chosen.corners)
     return len(data.cells), np.ptp(data.points, axis=0)
 
 
 def cells_of(chosen: Discretisation) -> int | None:
     """How many cells a discretisation has, None where only gmsh can tell."""
-    p = chosen.parameters
-    if "rings" in p:
-        counts = np.minimum(np.ceil(p["growth"] * np.arange(1, p["rings"] + 1)), p["sectors"] / 4)
-        return int(p["quadrants"] * (2 * counts.sum() - counts[-1]))
-    if "n_x" in p:
-        return int(2 * p["n_x"] * p["n_y"] + _corner_cells(chosen))
-    return None
+    cells = chosen.source.cells
+    return cells if cells is None else int(cells + _corner_cells(chosen))
 
 
 def _corner_cells(chosen: Discretisation) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,199 +12,83 @@ import numpy as np
 
 from nanorom.errors import MeshError
 from nanorom.fem.mesh import curved, vetting
-from nanorom.fem.mesh.corners import Corners, Triangulation
-from nanorom.fem.symmetry import AXES, OPPOSITE, Mirrors, line
+from nanorom.fem.mesh.arrays import MeshData
+from nanorom.fem.mesh.corners import Corners
+from nanorom.fem.mesh.sketch import Curve, Sketch, check_maps, facets_of
 
-Placement = Callable[[np.ndarray], np.ndarray]  # points (n, 2) of a flat mesh -> (n, 3)
 MESHES = Path(__file__).parents[2] / "meshes"  # geometry files of the package
-ON_MIRROR = 1e-9  # of the film's size: points nearer to a mirror lie on it
 
 
 @attrs.frozen
-class Grading:
-    """Moves the vertices of a uniform mesh to where small cells are needed.
+class GmshFile:
+    """A ``.geo`` with its parameters, or a ``.msh``, which keeps its cells.
 
-    move: (n, 2) -> (n, 2); polar: cells beyond this radius of the moved mesh are linear in polar
-    coordinates, so that thin rings of wide cells stay valid; within it all edges are straight.
+    size_factor: of the cells that the file asks for; in_space: it is a surface in space.
     """
 
-    move: Callable[[np.ndarray], np.ndarray]
-    polar: float = np.inf
+    path: Path
+    parameters: Mapping[str, float] = attrs.field(factory=dict)
+    size_factor: float = 1.0
+    in_space: bool = False
 
-    def is_beyond(self, points: np.ndarray) -> np.ndarray:
-        """Whether points (..., 2) lie on the polar radius or beyond it."""
-        return np.linalg.norm(points, axis=-1) > self.polar * (1 - ON_MIRROR)
+    @property
+    def name(self) -> str:
+        return self.path.name
 
+    @property
+    def cells(self) -> None:
+        return None
 
-@attrs.frozen
-class MeshData:
-    """A mesh as plain arrays: what gmsh gave, before it is distributed.
-
-    points: (n, 2), or (n, 3) of a surface in space; cells: (c, nodes) in the coordinate element's
-    order; order: of the map; facets: physical curve -> vertex pairs (m, 2).
-    """
-
-    points: np.ndarray
-    cells: np.ndarray
-    order: int
-    facets: Mapping[str, np.ndarray]
-
-    def placed(self, place: Placement) -> MeshData:
-        """This flat mesh on a surface in space, the upper side of every cell up."""
-        corners = self.points[self.cells[:, :3]]
-        side = corners[:, 1:] - corners[:, :1]
-        under = side[:, 0, 0] * side[:, 1, 1] < side[:, 0, 1] * side[:, 1, 0]
-        cells = self.cells.copy()
-        cells[under] = cells[under][:, curved.turned_over(self.order)]
-        return MeshData(place(self.points), cells, self.order, self.facets)
-
-    def unfolded(self, mirrors: Mirrors) -> MeshData:
-        """The whole film from the part that lies at positive coordinates of the mirrors."""
-        data = self
-        for axis in mirrors.axes:
-            data = data._reflected(axis)
-        return data
-
-    def _reflected(self, axis: str) -> MeshData:
-        """This mesh and its mirror image, the nodes on the mirror shared."""
-        column = AXES.index(axis)
-        shared = np.abs(self.points[:, column]) < ON_MIRROR * np.ptp(self.points, axis=0).max()
-        image = np.arange(len(self.points))
-        image[~shared] = len(self.points) + np.arange((~shared).sum())
-        flipped = self.points[~shared] * np.where(np.arange(2) == column, -1.0, 1.0)
-        near, far = OPPOSITE[axis][::-1]  # the side that is meshed, and its image
-        facets: dict[str, np.ndarray] = {}
-        for name, pairs in self.facets.items():
-            if name == line(axis):
-                continue
-            if name == near:
-                facets |= {near: pairs, far: image[pairs]}
-            else:
-                facets[name] = np.concatenate([pairs, image[pairs]])
-        points = np.concatenate([self.points, flipped])
-        cells = np.concatenate([self.cells, image[self.cells]])
-        return MeshData(points, cells, self.order, facets)
-
-
-def load(
-    file: Path,
-    parameters: Mapping[str, float],
-    order: int,
-    grading: Grading | None = None,
-    size_factor: float = 1.0,
-    corners: Corners | None = None,
-    in_space: bool = False,
-) -> MeshData:
-    """Run gmsh on a file; one process only. Raises MeshError with gmsh's own last message."""
-    if file.parent != MESHES:
-        vetting.check(file)
-    gmsh = vetting.start()
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", size_factor)
-        gmsh.onelab.clear()
-        for name, value in parameters.items():
-            gmsh.onelab.setNumber(f"Parameters/{name}", [float(value)])
+    def mesh(self, order: int, corners: Corners | None = None) -> MeshData:
+        """Run gmsh on the file; one process only. Raises MeshError with gmsh's last message."""
+        if self.path.parent != MESHES:
+            vetting.check(self.path)
+        gmsh = vetting.start()
         try:
-            gmsh.open(str(file))
-            if len(gmsh.model.mesh.getNodes()[0]) == 0:
-                gmsh.model.mesh.generate(2)
-                if len(gmsh.model.mesh.getElements(2)[0]) == 0:
-                    raise MeshError(f"{file}: no surface in it, or cut short; a film is a surface")
-                if not in_space:
-                    return _from_geometry(gmsh, file, order, grading, corners)
-                gmsh.model.mesh.setOrder(order)
-            return _from_mesh(gmsh, file, in_space)
-        except MeshError:
-            raise
-        except Exception as error:  # gmsh raises bare Exception
-            raise MeshError(f"{file}: gmsh cannot mesh it: {error}") from error
-    finally:
-        gmsh.finalize()
+            gmsh.option.setNumber("General.Terminal", 0)
+            gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", self.size_factor)
+            gmsh.onelab.clear()
+            for parameter, value in self.parameters.items():
+                gmsh.onelab.setNumber(f"Parameters/{parameter}", [float(value)])
+            try:
+                return self._read(gmsh, order, corners)
+            except MeshError:
+                raise
+            except Exception as error:  # gmsh raises bare Exception
+                raise MeshError(f"{self.path}: gmsh cannot mesh it: {error}") from error
+        finally:
+            gmsh.finalize()
+
+    def _read(self, gmsh: Any, order: int, corners: Corners | None) -> MeshData:
+        gmsh.open(str(self.path))
+        if len(gmsh.model.mesh.getNodes()[0]) == 0:
+            gmsh.model.mesh.generate(2)
+            if len(gmsh.model.mesh.getElements(2)[0]) == 0:
+                raise MeshError(f"{self.path}: no surface in it, or cut short; a film is a surface")
+            if not self.in_space:
+                return _sketch(gmsh, self.path).mesh(order, corners, str(self.path))
+            gmsh.model.mesh.setOrder(order)
+        return _from_mesh(gmsh, self.path, self.in_space)
 
 
-def _from_geometry(
-    gmsh: Any, file: Path, order: int, grading: Grading | None, corners: Corners | None
-) -> MeshData:
-    """Straight triangles of the model just meshed, curved to ``order`` on its curves."""
+def _sketch(gmsh: Any, file: Path) -> Sketch:
+    """Straight triangles and curves of the model just meshed."""
     vertex, points = _vertices(gmsh)
     triangles = _elements(gmsh, 2, vertex)
     _check(points, triangles, file)
-    points = points.copy()
-    edges = {tag: _curve_edges(gmsh, tag, vertex, points) for _, tag in gmsh.model.getEntities(1)}
-    if grading is not None:
-        points = grading.move(points)
-    if corners is not None:
-        named = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
-        straight = [tag for tag in edges if gmsh.model.getType(1, tag) == "Line"]
-        mesh = Triangulation(points, triangles, edges).graded(corners, named, straight)
-        points, triangles, edges = mesh.points, mesh.triangles, mesh.edges
-        for tag, (pairs, spans) in edges.items():
-            if gmsh.model.getType(1, tag) != "Line" and len(pairs):
-                on_curve = _on_curve(gmsh, tag, spans)
-                moved = grading.move(on_curve.reshape(-1, 2)) if grading else on_curve
-                points[pairs] = moved.reshape(on_curve.shape)
-    facets = _named(gmsh, {tag: pairs for tag, (pairs, _) in edges.items()})
-    if order == 1:
-        return MeshData(points, triangles, 1, facets)
-    edge_points = {}
-    for (i, j), curve in _edge_curves(gmsh, edges, order):
-        if grading is not None:
-            curve = grading.move(curve)
-            if not grading.is_beyond(curve).all():
-                continue
-        edge_points[i, j] = curve
-    cells, n_nodes = curved.number_nodes(triangles, len(points), order)
-    vertices = points[triangles]
-    places = curved.curve_cells(vertices, _by_cell(triangles, edge_points), order)
-    if grading is not None:
-        ring = grading.is_beyond(vertices).all(axis=1)
-        places[ring] = curved.polar_cells(vertices[ring], order)
-    nodes = np.empty((n_nodes, 2))
-    nodes[cells] = places
-    _check_maps(places, order, file)
-    return MeshData(nodes, cells, order, facets)
-
-
-def _check_maps(places: np.ndarray, order: int, file: Path) -> None:
-    """Refuse curved cells that fold over; straight ones were checked before."""
-    folded = curved.folded(places, order)
-    if folded:
-        raise MeshError(
-            f"{file}: {folded} of {len(places)} curved cells fold over; make the cells smaller "
-            "where the boundary is curved"
-        )
-
-
-def _edge_curves(
-    gmsh: Any, edges: Mapping[int, tuple[np.ndarray, np.ndarray]], order: int
-) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
-    """Vertex pair of every edge on a curve that is no line, and the curve's points between."""
-    for tag, (pairs, spans) in edges.items():
-        if gmsh.model.getType(1, tag) == "Line" or len(pairs) == 0:
-            continue
-        t = spans[:, :1] + (spans[:, 1:] - spans[:, :1]) * curved.edge_fractions(order)
-        yield from zip(map(tuple, pairs.tolist()), _on_curve(gmsh, tag, t))
+    points, names, curves = points.copy(), _names(gmsh), []
+    for _, tag in gmsh.model.getEntities(1):
+        pairs, spans = _curve_edges(gmsh, tag, vertex, points)
+        straight = gmsh.model.getType(1, tag) == "Line"
+        at = None if straight else partial(_on_curve, gmsh, tag)
+        curves.append(Curve(pairs, names.get(tag, ()), spans, at))
+    return Sketch(points, triangles, tuple(curves))
 
 
 def _on_curve(gmsh: Any, tag: int, t: np.ndarray) -> np.ndarray:
     """Points (..., 2) of a model curve at parameters (...)."""
     points = np.reshape(gmsh.model.getValue(1, tag, t.ravel()), (*t.shape, 3))
     return points[..., :2]
-
-
-def _by_cell(
-    triangles: np.ndarray, edge_points: Mapping[tuple[int, int], np.ndarray]
-) -> dict[tuple[int, int], np.ndarray]:
-    """Points on edges by cell and local edge, in the edge's direction within the cell."""
-    found = {}
-    for local, (a, b) in enumerate(curved.EDGES):
-        for cell, (i, j) in enumerate(triangles[:, (a, b)].tolist()):
-            if (i, j) in edge_points:
-                found[cell, local] = edge_points[i, j]
-            elif (j, i) in edge_points:
-                found[cell, local] = edge_points[j, i][::-1]
-    return found
 
 
 def _from_mesh(gmsh: Any, file: Path, in_space: bool) -> MeshData:
@@ -225,9 +110,13 @@ def _from_mesh(gmsh: Any, file: Path, in_space: bool) -> MeshData:
     cells = cells[:, distance.argmin(axis=1)]
     _check(points, cells[:, :3], file)
     if not in_space:
-        _check_maps(points[cells], int(order), file)
-    edges = {tag: _elements(gmsh, 1, node, tag) for _, tag in gmsh.model.getEntities(1)}
-    return MeshData(points, cells, int(order), _named(gmsh, edges))
+        check_maps(points[cells], int(order), str(file))
+    physical = _names(gmsh)
+    curves = [
+        Curve(_elements(gmsh, 1, node, tag), physical.get(tag, ()))
+        for _, tag in gmsh.model.getEntities(1)
+    ]
+    return MeshData(points, cells, int(order), facets_of(curves))
 
 
 def _vertices(
@@ -290,14 +179,14 @@ def _curve_edges(
     return pairs, spans
 
 
-def _named(gmsh: Any, edges: Mapping[int, np.ndarray]) -> dict[str, np.ndarray]:
-    """Vertex pairs of every named physical curve."""
-    facets = {}
+def _names(gmsh: Any) -> dict[int, tuple[str, ...]]:
+    """Physical curves that every curve belongs to."""
+    found: dict[int, tuple[str, ...]] = {}
     for dimension, group in gmsh.model.getPhysicalGroups(1):
         name = gmsh.model.getPhysicalName(dimension, group) or str(group)
-        curves = gmsh.model.getEntitiesForPhysicalGroup(dimension, group)
-        facets[name] = np.concatenate([edges[curve] for curve in curves])
-    return facets
+        for curve in gmsh.model.getEntitiesForPhysicalGroup(dimension, group):
+            found[int(curve)] = (*found.get(int(curve), ()), name)
+    return found
 
 
 def _check(points: np.ndarray, triangles: np.ndarray, file: Path) -> None:

@@ -1,13 +1,12 @@
-"""Meshes: gmsh geometry in, a distributed DOLFINx mesh with tagged boundary out.
+"""Meshes: a shape or a gmsh file in, a distributed DOLFINx mesh with tagged boundary out.
 
-gmsh runs on rank 0 only and makes straight triangles; the nodes of higher order are placed by
+Straight triangles are made on rank 0 only; the nodes of higher order are placed by
 `nanorom.fem.mesh.curved` on the true curves of the geometry, whatever the order.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import attrs
@@ -16,12 +15,10 @@ from mpi4py import MPI
 
 from nanorom.errors import NanoromError
 from nanorom.fem.mesh import curved
+from nanorom.fem.mesh.arrays import MeshData, Placement, Source
 from nanorom.fem.mesh.corners import Corners
-from nanorom.fem.mesh.gmsh import Grading, MeshData, Placement, load
 from nanorom.fem.solvers import compat
-from nanorom.fem.symmetry import (
-    Mirrors,
-)
+from nanorom.fem.symmetry import Mirrors
 
 
 @attrs.frozen(eq=False)
@@ -47,29 +44,23 @@ class Domain:
 
 def build(
     comm: MPI.Comm,
-    file: Path,
-    parameters: Mapping[str, float] | None = None,
+    source: Source,
     order: int = 1,
-    grading: Grading | None = None,
     unfold: Mirrors | None = None,
-    size_factor: float = 1.0,
     corners: Corners | None = None,
     place: Placement | None = None,
-    in_space: bool = False,
 ) -> Domain:
-    """Mesh a ``.geo`` (with its parameters) or read a ``.msh`` and distribute it. Collective.
+    """Mesh a shape or read a file, and distribute it. Collective.
 
     ``order`` is that of the cells' map (a ``.msh`` keeps its own); ``unfold`` names the mirrors by
-    which the part in the file makes the whole film; ``size_factor`` scales the cells that the file
-    asks for; ``corners`` grades them where the support changes; ``place`` puts the points (n, 2)
-    of a flat file on a surface in space (n, 3);
-    ``in_space``: the file is such a surface itself.  Raises MeshError on every rank alike.
+    which the part that is meshed makes the whole film; ``corners`` grades cells where the support
+    changes; ``place`` puts the points (n, 2) of a flat mesh on a surface in space (n, 3).  Raises
+    MeshError on every rank alike.
     """
     data: MeshData | NanoromError | None = None
     if comm.rank == 0:
         try:
-            data = load(file, parameters or {}, order, grading, size_factor, corners, in_space)
-            data = data.unfolded(unfold or Mirrors())
+            data = source.mesh(order, corners).unfolded(unfold or Mirrors())
             if place is not None:
                 data = data.placed(place)
         except NanoromError as error:

@@ -40,16 +40,7 @@ def build_plate(
     across : the ranks of this one's number in other groups of ranks.
     """
     whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
-    domain = mesh.build(
-        comm,
-        chosen.file,
-        chosen.parameters,
-        chosen.order,
-        chosen.grading,
-        whole,
-        chosen.size_factor,
-        chosen.corners,
-    )
+    domain = mesh.build(comm, chosen.source, chosen.order, whole, chosen.corners)
     domain = attrs.evolve(domain, across=across)
     groups.check_alike(across, domain.mesh.geometry.x)
     cells = domain.mesh.topology.index_map(2).size_global

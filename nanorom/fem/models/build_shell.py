@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from nanorom.errors import SceneError
 from nanorom.fem.mesh import mesh
-from nanorom.fem.mesh.discretisation import Discretisation
+from nanorom.fem.mesh.discretisation import Discretisation, surface
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.models import initial_shape
 from nanorom.fem.models.shell import Shell, ShellStiffness, is_flat
@@ -19,13 +19,7 @@ from nanorom.scene.scene import Scene
 def build_surface(comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discretisation) -> Domain:
     """The scene's mid-surface in units of its length. Collective."""
     if isinstance(scene.geometry, MeshFile) and scene.plate.initial_shape is None:
-        return mesh.build(
-            comm,
-            chosen.file,
-            order=chosen.degree,
-            size_factor=chosen.size_factor,
-            in_space=True,
-        )
+        return mesh.build(comm, surface(chosen).source, chosen.degree)
     height = None
     if scene.plate.initial_shape is not None:
         height = initial_shape.read(scene.plate.initial_shape)
@@ -36,16 +30,8 @@ def build_surface(comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discreti
             z = height(points * scales.length) / scales.length
         return np.column_stack([points, z])
 
-    return mesh.build(
-        comm,
-        chosen.file,
-        chosen.parameters,
-        min(chosen.order, chosen.degree) if height is None else chosen.degree,
-        chosen.grading,
-        chosen.mirrors,
-        chosen.size_factor,
-        place=place,
-    )
+    order = min(chosen.order, chosen.degree) if height is None else chosen.degree
+    return mesh.build(comm, chosen.source, order, chosen.mirrors, place=place)
 
 
 def build_shell(scene: Scene, scales: Scales, domain: Domain, degree: int) -> Shell:

@@ -292,7 +292,7 @@ class PlateRoute(Route):
         if cells is None:
             cells, sides = discretisation.measured(chosen)
             sides = sides * plan.scales.length
-            where = f"{chosen.file.name}, {sides[0]:.3g} m by {sides[1]:.3g} m: "
+            where = f"{chosen.source.name}, {sides[0]:.3g} m by {sides[1]:.3g} m: "
         dofs = discretisation.dofs_of(cells, chosen.degree)
         per_column = SECONDS_PER_CASE
         if self.method(scene) == "direct":

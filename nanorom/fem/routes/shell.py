@@ -109,7 +109,7 @@ class ShellRoute(Route):
         if cells is None:
             cells, sides = discretisation.measured(chosen, self.in_space)
             box = " by ".join(f"{side * plan.scales.length:.3g} m" for side in sides)
-            where = f"{chosen.file.name}, {box}: "
+            where = f"{chosen.source.name}, {box}: "
         cells *= chosen.mirrors.copies
         return f"{where}{cells} cells of degree {scene.accuracy.degree or SHELL_DEGREE} or more"
 

@@ -8,13 +8,20 @@ not compiled is nobody's.
 from __future__ import annotations
 
 import fcntl
+import importlib.util
 import logging
+import os
+import shlex
+import shutil
+import sys
+import sysconfig
 import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, TypeVar
+from unittest.mock import patch
 
 import attrs
 import cffi
@@ -23,6 +30,7 @@ from nanorom.errors import NanoromError
 
 CPU_INFO = Path("/proc/cpuinfo")  # Linux'
 VECTORS = {"avx2": "-mavx2", "fma": "-mfma"}  # names in it, and the compiler's options
+HEADERS = Path(__file__).parent / "python_abi"
 Form = TypeVar("Form")
 LOCK = "nanorom.lock"
 LONGEST = 300.0  # s to wait for others that compile: more than a form takes on a busy machine
@@ -31,7 +39,7 @@ PAUSE = 0.1  # s
 
 def options() -> list[str]:
     """How forms are compiled."""
-    return ["-O2", "-ftree-vectorize", *_instructions()]
+    return ["-O2", "-ftree-vectorize", *_instructions(), *_headers()]
 
 
 def _instructions() -> list[str]:
@@ -44,6 +52,21 @@ def _instructions() -> list[str]:
     except OSError:  # not Linux: forms are compiled for any processor
         return []
     return list(VECTORS.values()) if VECTORS.keys() <= told else []
+
+
+def _headers() -> list[str]:
+    """What a form needs of Python's headers, where this Python came without them."""
+    own = Path(sysconfig.get_path("include")) / "pyconfig.h"
+    return [] if own.exists() else ["-idirafter", str(HEADERS)]
+
+
+def _compiler() -> dict[str, str]:
+    """Variables for Zig's compiler (``pip install ziglang``), where there is no other one."""
+    usual = (sysconfig.get_config_var("CC") or "cc").split()[0]
+    if "CC" in os.environ or shutil.which(usual) or importlib.util.find_spec("ziglang") is None:
+        return {}
+    zig = f"{shlex.quote(sys.executable)} -m ziglang cc"
+    return {"CC": zig, "LDSHARED": f"{zig} -shared"}  # it has no -Bsymbolic-functions of Debian's
 
 
 def run(make: Callable[[], Form], folder: Path, compiles: bool) -> Form:
@@ -68,14 +91,14 @@ def at_work() -> Iterator[None]:
     level = logging.root.manager.disable
     logging.disable(logging.INFO)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), patch.dict(os.environ, _compiler()):
             warnings.filterwarnings("ignore", module="ffcx")
             yield
     except cffi.VerificationError as error:
         raise NanoromError(
             f"the forms of DOLFINx cannot be compiled ({' '.join(str(error).split())}); they need "
-            "a C compiler: install gcc, or name another in the variable CC, such as that of pip "
-            "install ziglang, CC='python -m ziglang cc'"
+            "a C compiler: install gcc, or without root pip install ziglang, which is found by "
+            "itself; any other is named by the variable CC"
         ) from error
     finally:
         logging.disable(level)

@@ -49,7 +49,7 @@ AREAS = {
 def test_area_and_boundary_names_are_right(name):
     parameters, area, boundaries = AREAS[name]
     file = gmsh.MESHES / f"{'trampoline' if name == 'cross' else name}.geo"
-    domain = mesh.build(MPI.COMM_WORLD, file, parameters, ORDER)
+    domain = mesh.build(MPI.COMM_WORLD, gmsh.GmshFile(file, parameters), ORDER)
     one = fem.Constant(domain.mesh, 1.0)
     measured = fem.assemble_scalar(
         fem.form(one * ufl.dx(domain.mesh, metadata={"quadrature_degree": 2 * ORDER}))
@@ -64,4 +64,4 @@ def test_file_without_a_surface_is_refused_by_name(tmp_path, name):
     file = tmp_path / name
     file.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" if name.endswith("msh") else "")
     with pytest.raises(MeshError, match=f"{name}: no surface"):
-        mesh.build(MPI.COMM_WORLD, file, {}, 1)
+        mesh.build(MPI.COMM_WORLD, gmsh.GmshFile(file))

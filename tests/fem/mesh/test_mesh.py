@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from nanorom.errors import MeshError
 from nanorom.fem.mesh import mesh
+from nanorom.fem.mesh.gmsh import GmshFile
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Mirrors
 
@@ -50,16 +51,16 @@ def written(folder: Path, nodes: list[tuple], triangles: list[tuple]) -> Path:
 
 @pytest.mark.parametrize(("order", "limit"), [(1, 5e-2), (2, 1e-4), (4, 2e-6), (8, 1e-13)])
 def test_area_of_a_disc_converges_with_the_order_of_its_cells(order, limit):
-    domain = mesh.build(MPI.COMM_SELF, MESHES / "drum.geo", {"rings": 2}, order)
+    domain = mesh.build(MPI.COMM_SELF, GmshFile(MESHES / "drum.geo", {"rings": 2}), order)
     assert abs(area(domain, 2 * order) / np.pi - 1) < limit
 
 
 def test_quarter_unfolds_to_the_whole_with_all_its_sides():
     parameters = {"length": 2.0, "width": 1.0, "half_x": 1, "half_y": 1, "n_x": 3, "n_y": 2}
-    file, both = MESHES / "rectangle.geo", Mirrors(("x", "y"))
-    quarter = mesh.build(MPI.COMM_SELF, file, parameters)
+    file, both = GmshFile(MESHES / "rectangle.geo", parameters), Mirrors(("x", "y"))
+    quarter = mesh.build(MPI.COMM_SELF, file)
     assert area(quarter, 2) == pytest.approx(0.5, rel=1e-14)
-    whole = mesh.build(MPI.COMM_SELF, file, parameters, unfold=both)
+    whole = mesh.build(MPI.COMM_SELF, file, unfold=both)
     assert area(whole, 2) == pytest.approx(2.0, rel=1e-14)
     assert {name: len(f) for name, f in whole.facets.items()} == {
         "left": 4,
@@ -84,14 +85,14 @@ def test_quarter_unfolds_to_the_whole_with_all_its_sides():
 )
 def test_meshes_that_cannot_be_films_are_refused(tmp_path, nodes, triangles, cause):
     with pytest.raises(MeshError, match=cause):
-        mesh.build(MPI.COMM_SELF, written(tmp_path, nodes, triangles))
+        mesh.build(MPI.COMM_SELF, GmshFile(written(tmp_path, nodes, triangles)))
 
 
 def test_text_that_is_no_mesh_is_refused(tmp_path):
     file = tmp_path / "film.msh"
     file.write_text("not a mesh\n")
     with pytest.raises(MeshError, match="film.msh"):
-        mesh.build(MPI.COMM_SELF, file)
+        mesh.build(MPI.COMM_SELF, GmshFile(file))
 
 
 def test_cells_that_fold_over_are_refused(tmp_path):
@@ -104,6 +105,6 @@ def test_cells_that_fold_over_are_refused(tmp_path):
         "Curve Loop(1) = {1, 2, 3}; Plane Surface(1) = {1};\n"
         'Physical Surface("film") = {1}; Physical Curve("edge") = {1, 2, 3};\n'
     )
-    assert area(mesh.build(MPI.COMM_SELF, file, order=1), 2) == pytest.approx(0.3)
+    assert area(mesh.build(MPI.COMM_SELF, GmshFile(file)), 2) == pytest.approx(0.3)
     with pytest.raises(MeshError, match="1 of 1 curved cells fold over"):
-        mesh.build(MPI.COMM_SELF, file, order=4)
+        mesh.build(MPI.COMM_SELF, GmshFile(file), order=4)

@@ -10,23 +10,19 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.fem.mesh import gmsh, mesh
+from nanorom.fem.mesh import mesh
+from nanorom.fem.mesh.shapes import Grid
 from nanorom.fem.models.shell import Shell, ShellStiffness
 from nanorom.fem.solvers import compat
 from nanorom.fem.statics.problem import StaticProblem
 
-RECTANGLE = gmsh.MESHES / "rectangle.geo"
 COMM = MPI.COMM_WORLD
 
 
 def strip(place, n_x, n_y, order):
     """Unit square (s, t), each from 0 to 1, placed in space."""
-    sides = {"length": 1.0, "width": 1.0, "n_x": n_x, "n_y": n_y}
-
-    def placed(x):
-        return place(x[:, 0] + 0.5, x[:, 1] + 0.5)
-
-    return mesh.build(COMM, RECTANGLE, sides, order, place=placed)
+    square = Grid(*(tuple(np.linspace(0.0, 1.0, n + 1)) for n in (n_x, n_y)))
+    return mesh.build(COMM, square, order, place=lambda x: place(*x.T))
 
 
 def held(shell, side, components):

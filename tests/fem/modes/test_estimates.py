@@ -115,14 +115,15 @@ def test_cells_towards_an_edge_lie_in_order_within_the_film():
             modes=Modes(count=count),
         )
         chosen = Plan.of(sides).discretisation(tolerance)
-        for axis, (number, side) in enumerate((("n_x", "length"), ("n_y", "width"))):
-            points = np.zeros((int(chosen.parameters[number]) + 1, 2))
-            points[:, axis] = chosen.parameters[side] / 2 * np.linspace(0, 1, len(points))
-            assert (np.diff(chosen.grading.move(points)[:, axis]) > 0).all()
+        for lines in (chosen.source.x, chosen.source.y):
+            assert lines[0] == 0.0
+            assert (np.diff(lines) > 0).all()
         drum = cases.drum(1e3 * tension, count).scene
         chosen = Plan.of(drum).discretisation(tolerance)
-        points = np.linspace(0, 1, int(chosen.parameters["rings"]) + 1)[:, None] * [1.0, 0.0]
-        assert (np.diff(chosen.grading.move(points)[:, 0]) > 0).all()
+        radii = chosen.source.radii
+        assert radii[0] > 0
+        assert radii[-1] == 1.0
+        assert (np.diff(radii) > 0).all()
 
 
 @pytest.mark.parametrize(("split", "tolerance"), [(1e-7, 1e-8), (1e-9, 1e-6)])

@@ -6,7 +6,8 @@ from mpi4py import MPI
 from scipy.special import i0, i1, k0, k1
 
 from nanorom.errors import SolverError
-from nanorom.fem.mesh import gmsh, mesh
+from nanorom.fem.mesh import mesh
+from nanorom.fem.mesh.shapes import Grid
 from nanorom.fem.models import coupled
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State, Stiffness
@@ -125,8 +126,8 @@ def hencky(nu, terms=40):
 
 def strip(length, width, n_x, n_y, nu, free, degree=6):
     """A string along x under unit isotropic stress, clamped at its ends."""
-    parameters = {"length": length, "width": width, "n_x": n_x, "n_y": n_y}
-    domain = mesh.build(MPI.COMM_WORLD, gmsh.MESHES / "rectangle.geo", parameters, 1)
+    lines = (side / 2 * np.linspace(-1, 1, n + 1) for side, n in ((length, n_x), (width, n_y)))
+    domain = mesh.build(MPI.COMM_WORLD, Grid(*map(tuple, lines)))
     sides = ["left", "right"] + ([] if free else ["bottom", "top"])
     return Plate.on(domain, degree, sides, stiffness=Stiffness(bending=1e-4, poisson_ratio=nu))
 

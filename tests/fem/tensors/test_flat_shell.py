@@ -5,7 +5,8 @@ import pytest
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.fem.mesh import gmsh, mesh
+from nanorom.fem.mesh import mesh
+from nanorom.fem.mesh.shapes import Rings
 from nanorom.fem.models.shell import Shell, ShellStiffness
 from nanorom.fem.modes import coupled
 from nanorom.fem.modes import shell as shells
@@ -22,13 +23,12 @@ PLATEAU = 1e-3  # change of b111 when the amplitude is halved
 
 def shell_modes(thickness, count):
     """A drum of tension 1 and bending stiffness BENDING, whatever its thickness."""
-    parameters = {"rings": 2, "sectors": 16, "quadrants": 4}
+    rings = Rings((0.5, 1.0), (2, 4))
 
     def place(x):
         return np.column_stack([x, np.zeros(len(x))])
 
-    file = gmsh.MESHES / "drum.geo"
-    domain = mesh.build(MPI.COMM_WORLD, file, parameters, DEGREE, place=place)
+    domain = mesh.build(MPI.COMM_WORLD, rings, DEGREE, place=place)
     stretch = 12 * (1 - NU**2) * BENDING / thickness**2
     stiffness = ShellStiffness(stretch / thickness, NU, thickness, pre_tension=(1.0, 1.0, 1.0))
     shell = Shell.on(domain, DEGREE, stiffness)

@@ -1,0 +1,49 @@
+"""Commands about many devices: what runs them, and their options."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from nanorom.cli.commands import _integer, _progress
+
+
+def sweep_command(options: argparse.Namespace) -> None:
+    from nanorom.design.request import Request
+    from nanorom.design.study import carry_out
+    from nanorom.files.whole import check_writable
+    from nanorom.report.study import study_text
+
+    files = [options.output.with_suffix(suffix) for suffix in (".h5", ".csv", ".png")]
+    for file in files:
+        check_writable(file)
+    processes = None
+    if options.processes is not None:
+        processes = _integer("--processes", options.processes)
+    request = Request.read(options.scene, options.study)
+    with _progress() as progress:
+        found = carry_out(request, processes, files[0], progress)
+    from nanorom.plots import study_figure
+
+    found.save_csv(files[1])
+    study_figure(found, files[2])
+    print(study_text(found))
+
+
+def sweep_options(parser: argparse.ArgumentParser) -> None:
+    """Scene, study, table and processes."""
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+    parser.add_argument(
+        "study", type=Path, metavar="STUDY", help="what varies, and what is wanted (TOML)"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("study.h5"),
+        metavar="TABLE",
+        help="HDF5; CSV and a picture come beside it (default: study.h5)",
+    )
+    parser.add_argument(
+        "--processes", metavar="N", help="that work at once (default: the cores at hand)"
+    )

@@ -1,0 +1,1 @@
+"""Many devices instead of one: grids and samples of scenes."""

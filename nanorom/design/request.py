@@ -1,0 +1,215 @@
+"""A study as it is asked for: what varies, how it is drawn, which quantities are wanted."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import itertools
+import json
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+from scipy.stats import qmc
+
+from nanorom.design.variation import MOST, Variation, variations
+from nanorom.errors import NanoromError, SceneError
+from nanorom.rom import quantities
+from nanorom.scene import fields as v
+from nanorom.scene.geometry import MeshFile
+from nanorom.scene.scene import Scene
+from nanorom.scene.units import wrong
+from nanorom.types import Array
+from nanorom.version import version
+
+METHODS = ("sobol", "latin", "random")
+SECONDS = 600.0  # s that one device may take
+KEYS = ("vary", "of", "samples", "method", "seed", "seconds")
+
+
+@attrs.frozen(eq=False)
+class Request:
+    """Rows of a study, and what is wanted of each.
+
+    document: tables of the scene that is varied; directory: where its files are; rows: values of
+    the variations, in their order; of: names of quantities; seconds: that a row may take.
+    """
+
+    document: dict[str, Any]
+    directory: Path
+    varied: list[Variation]
+    rows: list[tuple[Any, ...]]
+    of: tuple[str, ...]
+    seconds: float
+
+    @classmethod
+    def read(cls, scene: Scene | str | Path, path: str | Path) -> Request:
+        """Of a scene and a study file (TOML); raises SceneError, the file's name in front."""
+        given: dict[str, Any] = v.parse_toml(v.read_text(Path(path)))
+        try:
+            for key in given:
+                if key not in KEYS:
+                    hint = v.did_you_mean(key, KEYS)
+                    raise SceneError(f"{key}: unknown key{hint}; allowed: {', '.join(KEYS)}")
+            return cls.of_table(scene, given.pop("vary", {}), **given)
+        except NanoromError as error:
+            raise SceneError(f"{path}: {error}") from None
+
+    @classmethod
+    def of_table(
+        cls,
+        scene: Scene | str | Path,
+        vary: Mapping[str, Any],
+        of: Sequence[str] | None = None,
+        samples: int | None = None,
+        method: str = "sobol",
+        seed: int = 0,
+        seconds: float = SECONDS,
+    ) -> Request:
+        """What keys of a study file say; raises SceneError, ModelError for a name of ``of``."""
+        document, directory = _tables(scene)
+        varied = variations(vary)
+        rows = _rows(varied, samples, v.read_choice(method, "method", METHODS), seed)
+        seconds = v.read_quantity(seconds, "1", "seconds", v.POSITIVE)
+        request = cls(document, directory, varied, rows, (), seconds)
+        first = request.first_valid()
+        return attrs.evolve(request, of=_names(of, first))
+
+    def tables(self, row: int) -> dict[str, Any]:
+        """Tables of the scene of a row; raises SceneError."""
+        document = copy.deepcopy(self.document)
+        for variation, value in zip(self.varied, self.rows[row]):
+            variation.put(document, value)
+        return document
+
+    def first_valid(self) -> Scene:
+        """The first row's scene that makes sense; raises SceneError of the first row if none."""
+        first: SceneError | None = None
+        for row in range(len(self.rows)):
+            try:
+                return Scene.from_dict(self.tables(row), self.directory)
+            except SceneError as error:
+                first = first or error
+        assert first is not None
+        raise first
+
+    @property
+    def words(self) -> dict[str, list[str]]:
+        """By key, what its values are as text where they are no numbers."""
+        found = {}
+        for variation in self.varied:
+            if not all(_is_number(value) for value in variation.values):
+                found[variation.key] = [_text(value) for value in variation.values]
+        return found
+
+    @property
+    def settings(self) -> Array:
+        """Values (n, p) in SI; of keys with words, the place from 0 among them."""
+        table = np.empty((len(self.rows), len(self.varied)))
+        words = self.words
+        for column, variation, values in zip(table.T, self.varied, zip(*self.rows)):
+            known = words.get(variation.key)
+            column[:] = values if known is None else [known.index(_text(x)) for x in values]
+        return table
+
+    @property
+    def key(self) -> str:
+        """Digest of everything that the rows depend on."""
+        digest = hashlib.sha256(
+            repr((version(), json.dumps(self.document, default=str, sort_keys=True))).encode()
+        )
+        digest.update(repr((self.of, [x.key for x in self.varied], self.words)).encode())
+        digest.update(self.settings.tobytes())
+        scene = self.first_valid()
+        files = [scene.geometry.file] if isinstance(scene.geometry, MeshFile) else []
+        for file in [*files, *filter(None, [scene.plate.initial_shape])]:
+            digest.update(file.read_bytes() if file.is_file() else b"")
+        return digest.hexdigest()
+
+
+def _tables(scene: Scene | str | Path) -> tuple[dict[str, Any], Path]:
+    """A scene's tables, and where its files are."""
+    if isinstance(scene, Scene):
+        return v.parse_toml(scene.to_toml()), Path()
+    path = Path(scene)
+    text = v.read_text(path)
+    try:
+        return v.parse_toml(text), path.parent
+    except SceneError as error:
+        raise SceneError(f"{path}: {error}") from None
+
+
+def _rows(
+    varied: list[Variation], samples: int | None, method: str, seed: int
+) -> list[tuple[Any, ...]]:
+    """Every point of the grid with every sample, the last key of the grid fastest."""
+    drawn = [variation for variation in varied if variation.quantile is not None]
+    if drawn and samples is None:
+        raise SceneError(f"samples: missing; {drawn[0].key} is drawn, how often?")
+    if not drawn and samples is not None:
+        raise SceneError("samples: found beside grids alone; allowed with a key that is drawn")
+    count = 1 if samples is None else v.read_integer(samples, "samples", 1, MOST)
+    grids = [range(len(variation.values) or 1) for variation in varied]
+    size = count * int(np.prod([len(grid) for grid in grids], dtype=float))
+    if size > MOST:
+        raise SceneError(f"vary: found {size} rows; allowed: at most {MOST}")
+    table = _drawn(drawn, count, method, v.read_integer(seed, "seed", 0, 2**32 - 1))
+    rows = []
+    for places in itertools.product(*grids):
+        for sample in table:
+            numbers = iter(sample.tolist())
+            rows.append(
+                tuple(
+                    next(numbers) if each.quantile is not None else each.values[place]
+                    for each, place in zip(varied, places)
+                )
+            )
+    return rows
+
+
+def _drawn(drawn: list[Variation], count: int, method: str, seed: int) -> Array:
+    """Samples (count, d) in SI."""
+    if not drawn:
+        return np.empty((count, 0))
+    if method == "random":
+        shares = np.random.default_rng(seed).random((count, len(drawn)))
+    elif method == "latin":
+        shares = qmc.LatinHypercube(len(drawn), seed=seed).random(count)
+    else:
+        with warnings.catch_warnings():  # counts that are no power of two serve as well here
+            warnings.filterwarnings("ignore", message=".*balance properties")
+            shares = qmc.Sobol(len(drawn), seed=seed).random(count)
+    columns = [each.quantile(share) for each, share in zip(drawn, shares.T) if each.quantile]
+    return np.column_stack(columns)
+
+
+def _names(of: Sequence[str] | None, scene: Scene) -> tuple[str, ...]:
+    """Names of quantities; raises SceneError or ModelError for those that no model has."""
+    if of is None:
+        if scene.modes.automatic:
+            raise SceneError("of: missing beside modes.count = auto; name quantities, such as f1")
+        count = range(1, len(scene.modes.numbers) + 1)
+        return (*(f"f{n}" for n in count), *(f"b({n},{n},{n})" for n in count))
+    if isinstance(of, str) or not v.is_list(of) or not of:
+        raise wrong("of", of, "a list of names such as f1, b111")
+    for name in of:
+        if not isinstance(name, str):
+            raise wrong("of", name, "names such as f1, b111")
+        if "(" not in name:  # names of modes are known when there is a model
+            quantities.quantities(name, ("",) * (99 if scene.modes.automatic else _size(scene)))
+    return tuple(of)
+
+
+def _size(scene: Scene) -> int:
+    return len(scene.modes.numbers)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value)

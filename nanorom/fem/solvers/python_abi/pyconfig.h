@@ -1,0 +1,1 @@
+/* Nothing of the build of Python is needed for its stable ABI. */

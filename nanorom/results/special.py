@@ -1,0 +1,184 @@
+"""Special points of a scene's response by names such as LP1, and their derivatives.
+
+LP1 is the first fold by frequency at the last drive level, LP1@2 that at the second level, and
+LP1.f01 the amplitude of a mode there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+
+from nanorom.continuation import ModalSystem, PointSlope, SpecialPoint, point_slopes
+from nanorom.continuation.orbits.bifurcations import KINDS
+from nanorom.errors import ModelError, SceneError
+from nanorom.results.question import Question
+from nanorom.results.respond import respond
+from nanorom.results.response import Response
+from nanorom.rom.model import ReducedModel
+from nanorom.rom.quantities import Arrays
+from nanorom.scene.scene import Scene
+from nanorom.types import Array, Progress
+
+STEP = 1e-3  # of ln(key): arrays of the equations are explicit functions of those of the model
+_NAME = re.compile(rf"({'|'.join(KINDS)})(\d+)(?:@(\d+))?(?:\.(.+))?")
+
+
+@attrs.frozen(eq=False)
+class Named:
+    """A number of a response: its value, its unit, and d value / d ln(key) of each key."""
+
+    value: float
+    unit: str
+    slope: tuple[float, ...]
+
+
+@attrs.frozen
+class Name:
+    """What a name says: kind, place from 1, level from 1 and a mode, or neither."""
+
+    whole: str
+    kind: str
+    place: int
+    level: int
+    mode: str
+
+    @classmethod
+    def read(cls, name: str, scene: Scene) -> Name:
+        """Of a scene's response; raises ModelError."""
+        match = _NAME.fullmatch(name)
+        assert match is not None and scene.drive is not None
+        kind, place, level, mode = match.groups()
+        levels = len(scene.drive.levels)
+        if int(place) < 1 or not 1 <= int(level or levels) <= levels:
+            raise ModelError(f"of: found {name!r}; allowed: points from 1, levels 1 to {levels}")
+        return cls(name, kind, int(place), int(level or levels), mode or "")
+
+    def point(self, response: Response) -> SpecialPoint:
+        """The point of a response; raises ModelError if it has none of that name."""
+        found = response.diagrams[self.level - 1].points(self.kind)
+        if len(found) < self.place:
+            raise ModelError(
+                f"of: found {self.whole!r}; the response has {len(found)} points {self.kind} at "
+                f"level {self.level}"
+            )
+        return sorted(found, key=lambda point: point.omega)[self.place - 1]
+
+
+def is_name(name: str) -> bool:
+    """Whether a name is that of a special point."""
+    return _NAME.fullmatch(name) is not None
+
+
+def check(scene: Scene) -> None:
+    """Raise SceneError for a scene whose special points have no derivatives."""
+    if scene.drive is None or scene.sweep is None or scene.damping is None:
+        raise SceneError("damping, drive, sweep: missing, whose special points are asked for")
+    if scene.lossy or scene.damping.material_time:
+        raise SceneError(
+            "damping: special points have derivatives with quality_factor alone; found losses of "
+            "the material"
+        )
+
+
+def derived(
+    names: Sequence[str],
+    scene: Scene,
+    value: Arrays,
+    slopes: Mapping[str, Arrays],
+    label: Sequence[str],
+    number: Sequence[int],
+    progress: Progress | None = None,
+) -> dict[str, Named]:
+    """Special points of a scene's response by name, with their derivatives by keys of the scene.
+
+    value, slopes: arrays of the scene's model, and their derivatives by ln(key) of each key;
+    label, number: of its modes.  Raises SceneError, ModelError, ContinuationError.
+    """
+    check(scene)
+    drive, sweep = scene.drive, scene.sweep
+    assert drive is not None and sweep is not None
+    read = [Name.read(name, scene) for name in names]
+    for each in read:
+        if each.mode and each.mode not in label:
+            raise ModelError(f"of: found {each.whole!r}; allowed modes: {', '.join(label)}")
+    question = Question(drive, sweep, scene.damping)
+
+    def model(key: str = "", change: float = 0.0) -> ReducedModel:
+        return _model(scene, value, slopes.get(key), change, label, number)
+
+    response = respond(model(), drive, sweep, scene.damping, progress)
+    system = question.of(model())[0]
+    by_key = [_slope_of(lambda s, key=key: question.of(model(key, s))[0]) for key in slopes]
+    found, known = {}, dict[tuple[str, int, int], list[PointSlope]]()
+    for each in read:
+        point, level = each.point(response), drive.levels[each.level - 1]
+        place = each.kind, each.place, each.level
+        if place not in known:
+            acting = [_at(level, arrays) for arrays in by_key]
+            known[place] = point_slopes(system, point, *level, acting)
+        found[each.whole] = _named(each, point, known[place], list(label))
+    return found
+
+
+def _named(name: Name, point: SpecialPoint, slopes: list[PointSlope], label: list[str]) -> Named:
+    if not name.mode:
+        by = tuple(slope.omega / (2 * np.pi) for slope in slopes)
+        return Named(point.omega / (2 * np.pi), "Hz", by)
+    mode = label.index(name.mode)
+    return Named(float(point.amplitude[mode]), "m", tuple(float(s.amplitude[mode]) for s in slopes))
+
+
+def _model(
+    scene: Scene,
+    value: Arrays,
+    slope: Arrays | None,
+    change: float,
+    label: Sequence[str],
+    number: Sequence[int],
+) -> ReducedModel:
+    """The model where ln(key) is larger by a change, to first order in its arrays."""
+
+    def moved(pick: Any) -> Any:
+        return pick(value) if slope is None else pick(value) + change * pick(slope)
+
+    size = len(label)
+    return ReducedModel(
+        frequency=moved(lambda a: a.frequency),
+        mass=moved(lambda a: a.mass),
+        label=tuple(label),
+        number=np.array(number),
+        damping=np.zeros((size, size)),  # that of the scene takes its place
+        stiffness=moved(lambda a: a.stiffness),
+        quadratic=np.zeros((size,) * 3),
+        cubic=moved(lambda a: a.cubic),
+        drive={name: moved(lambda a, n=name: a.drive[n]) for name in value.drive},
+        parametric={name: moved(lambda a, n=name: a.parametric[n]) for name in value.parametric},
+        scene=scene.to_toml(),
+    )
+
+
+def _slope_of(system: Any) -> dict[str, Array]:
+    """d arrays / d ln(key) of the equations: differences of fourth order of explicit functions."""
+
+    def difference(step: float) -> dict[str, Array]:
+        high, low = (_arrays(system(sign * step)) for sign in (1, -1))
+        return {name: (high[name] - low[name]) / (2 * step) for name in high}
+
+    near, far = difference(STEP), difference(2 * STEP)
+    return {name: (4 * near[name] - far[name]) / 3 for name in near}
+
+
+def _arrays(system: ModalSystem) -> dict[str, Array]:
+    system.check_proportional()
+    return system.arrays()
+
+
+def _at(level: tuple[float, float], arrays: Mapping[str, Array]) -> dict[str, Array]:
+    """The arrays with the forces that act at a level."""
+    factors = dict(zip(("direct", "parametric"), level))
+    return {name: factors.get(name, 1.0) * array for name, array in arrays.items()}
