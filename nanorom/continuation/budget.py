@@ -7,7 +7,7 @@ strong takes as many steps with a hundred harmonics, and they are worth nothing.
 
 from __future__ import annotations
 
-STEPS, HARMONICS = 400, 33  # of all modes: what a level may take, in steps of so many harmonics
+STEPS, HARMONICS = 160, 33  # of all modes: what a level may take, in steps of so many harmonics
 FEWEST = 11  # modes that fewer are counted as
 ASIDE = 2.0  # what special points may take beside the branches, by what these may
 SHOOTING = 300  # steps by shooting of a level that has taken no work yet

@@ -36,11 +36,12 @@ MOST_POLISH, POLISHES = 1e-3, 3  # of the interval: changes by Newton's method; 
 def denominator(terms: Array) -> Array:
     """D, D(0) = 1, for which the last terms of D(a) sum terms_k a^k are least.
 
-    terms (order + 1, n) with order > POLES + FITTED + JUDGES; D is 1 where it would not pay.
+    terms (order + 1, n); D is 1 where it would not pay, as of order up to POLES + FITTED + JUDGES.
     """
     last = len(terms) - 1 - JUDGES
     sizes = np.abs(terms).max(axis=1)
-    if terms.shape[1] < FEW or not sizes[[1, last]].all() or not sizes.max() < HUGE:
+    few = last <= POLES + FITTED or terms.shape[1] < FEW
+    if few or not sizes[[1, last]].all() or not sizes.max() < HUGE:
         return np.ones(1)
     radius = (sizes[1] / sizes[last]) ** (1.0 / (last - 1))
     scaled = terms * (radius ** np.arange(len(terms)) / sizes[1])[:, None]

@@ -24,6 +24,7 @@ from nanorom.types import Array, Numbers
 
 ORDER = 24
 REST = 1e-6  # size below which an orbit is at rest
+WITH_FIRST = 1.5  # weight of products with order 0 in the matrices that multiply orders 1, 2, ...
 
 
 @dataclass(eq=False)
@@ -163,6 +164,7 @@ class SeriesExpansion:
         rows = balance.basis.shape[0]
         self.forward = np.zeros((n, order + 1, size))
         self.backward = np.zeros((n, order + 1, size))
+        # of orders 1, 2, ...: what `_complete` makes of them
         self.secants = np.zeros((n, order + 1, size * size))
         self.orders = np.zeros((order + 1, rows, size))
         # large temporaries would be returned to the system and faulted in again at every operation
@@ -172,10 +174,14 @@ class SeriesExpansion:
             self.velocity = np.zeros((n, order + 1, size))
             self.friction = np.zeros((order + 1, n, size))
 
-    def expand(self, x: Array, rate: float, factors: BorderedFactors) -> tuple[Array, Array]:
-        """Coefficients (order + 1, n) and rates (order + 1,) of the branch through (x, rate)."""
+    def expand(
+        self, x: Array, rate: float, factors: BorderedFactors, order: int | None = None
+    ) -> tuple[Array, Array]:
+        """Coefficients (order + 1, n) and rates (order + 1,) of the branch through (x, rate), to
+        that order of the work space or a lower one.
+        """
         balance, basis = self.balance, self.balance.basis
-        order = self.order
+        order = order or self.order
         rates = np.zeros(order + 1)
         squares = np.zeros(order + 1)
         rates[0], squares[0] = rate, rate * rate
@@ -185,7 +191,6 @@ class SeriesExpansion:
             return packed, rates
         packed[0] = basis.pack(x)
         self._store(0, x)
-        self.secants[:, 0] = balance.secant(self.forward[:, 0])
         if balance.has_loss:
             self.losses[:, 0] = balance.loss.of(self.forward[:, 0])
             self._store_friction(0)
@@ -193,7 +198,8 @@ class SeriesExpansion:
         for k in range(1, order + 1):
             rhs[-1] = 1.0 if k == 1 else 0.0
             if k > 1:
-                self._known_matrices(k)
+                if balance.has_loss:
+                    self.losses[:, k] = balance.loss.of_squares(self._squares_of(1, k - 1, 1.0))
                 squares[k] = rates[1:k] @ rates[k - 1 : 0 : -1]
                 rhs[:-1] = -basis.pack(self._known(k, rates, squares))
             solution = factors.solve(rhs)
@@ -217,28 +223,28 @@ class SeriesExpansion:
                 self.balance.basis.synthesis @ self.balance.derivative(x)
             )
 
-    def _known_matrices(self, k: int) -> None:
-        """Secant matrices (and losses) of order k without what the unknowns of order k add."""
-        squares = np.matmul(
-            self.forward[:, 1:k].transpose(0, 2, 1),
-            self.backward[:, self.order - k + 1 : self.order],
-            out=self._squares,
-        ).reshape(len(self._squares), -1)
-        self.secants[:, k] = self.balance.cubic.of_squares(squares)
-        if self.balance.has_loss:
-            self.losses[:, k] = self.balance.loss.of_squares(squares)
+    def _squares_of(self, first: int, last: int, weight: float) -> Array:
+        """Products q_i q_j (N, L * L) with i + j = first + last and both in this range of orders;
+        those of its ends have a weight.
+        """
+        orders = self.forward[:, first : last + 1].copy()
+        orders[:, [0, -1]] *= weight
+        others = self.backward[:, self.order - last : self.order - first + 1]
+        np.matmul(orders.transpose(0, 2, 1), others, out=self._squares)
+        return self._squares.reshape(len(orders), -1)
 
     def _known(self, k: int, rates: Array, squares: Array) -> Array:
         """Terms of order k that do not contain the unknowns of order k."""
         balance, basis = self.balance, self.balance.basis
         size = balance.size
         n = len(self.forward)
-        past = slice(self.order - k + 1, self.order + 1)
+        inner = slice(self.order - k + 1, self.order)
         samples = np.matmul(
-            self.backward[:, past].reshape(n, 1, -1),
-            self.secants[:, 1 : k + 1].reshape(n, k * size, size),
+            self.backward[:, inner].reshape(n, 1, -1),
+            self.secants[:, 1:k].reshape(n, (k - 1) * size, size),
         )[:, 0]
         if balance.has_loss:
+            past = slice(self.order - k + 1, self.order + 1)
             y = np.matmul(
                 self.velocity[:, past].reshape(n, 1, -1),
                 self.losses[:, 1 : k + 1].reshape(n, k * size, size),
@@ -255,15 +261,23 @@ class SeriesExpansion:
         return np.asarray(known)
 
     def _complete(self, k: int) -> None:
-        """Secant matrices (and losses) of order k, now that the unknowns of order k are there."""
+        """Secant matrices (and losses) of order k, now that the unknowns of order k are there.
+
+        Of the products q_i q_j q_l that later orders want, those with one q_0 come in a third of
+        the cases with it behind the secant matrix, and are left out there: the tensor is
+        symmetric, so that half as much again of them in the matrix is the same.
+        """
         balance = self.balance
         v0, v = self.forward[:, 0], self.forward[:, k]
-        known = k > 1
-        self.secants[:, k] = balance.cubic.of_mixed(v0, v) + (self.secants[:, k] if known else 0.0)
+        if balance.has_cubic:
+            products = self._squares_of(0, k, WITH_FIRST)
+            self.secants[:, k] = balance.cubic.of_squares(products)
         if balance.has_quadratic:
-            self.secants[:, k] += v @ balance.quadratic
+            linear = v @ balance.quadratic
+            self.secants[:, k] = self.secants[:, k] + linear if balance.has_cubic else linear
         if balance.has_loss:
-            self.losses[:, k] = balance.loss.of_mixed(v0, v) + (self.losses[:, k] if known else 0.0)
+            mixed = balance.loss.of_mixed(v0, v)
+            self.losses[:, k] = mixed + (self.losses[:, k] if k > 1 else 0.0)
 
     def _store_friction(self, k: int) -> None:
         """y_k = sum_i W_i z_(k-i), the damping force of order k before the factor rate."""

@@ -33,11 +33,14 @@ class OrbitCurve(Orbits):
     parameter: its name; level (n,); omega (n,) of the drive, or of a free motion itself, rad per
     unit of time; amplitude (n, L) = max |q_r| over a period; multipliers (n, 2L), largest modulus
     first; stable (n,); turns (m,): numbers of the points at which the parameter turns back;
-    coefficients: Fourier coefficients (2H + 1, L) of each orbit, as of a `Branch`.
+    coefficients: Fourier coefficients (2H + 1, L) of each orbit, as of a `Branch`; critical:
+    numbers of the points at which a free motion doubles its period or becomes a torus, and "PD" or
+    "NS".
     """
 
     multipliers: Numbers
     stable: Array
+    critical: list[tuple[int, str]] = attrs.Factory(list)
 
 
 @attrs.frozen(eq=False)
@@ -135,14 +138,17 @@ def orbit_curve(
     """Points of a curve in the units of the system, with their multipliers; those of a `free`
     motion are stable beside the multiplier 1 along the motion itself.
     """
-    multipliers = np.array([_multipliers(parameter, point, multiple) for point in points])
+    multipliers = np.array(
+        [multipliers_of(parameter.at(point.level), point, multiple) for point in points]
+    )
     sizes = np.abs(multipliers)
     if free:
         along = np.abs(multipliers - 1).argmin(axis=1)
         sizes[np.arange(len(points)), along] = 0.0
     stable = sizes.max(axis=1) < 1
     found = in_units(parameter, points, multiple)
-    return OrbitCurve(multipliers=multipliers, stable=stable, **found)
+    critical = [(i, point.code) for i, point in enumerate(points) if point.code]
+    return OrbitCurve(multipliers=multipliers, stable=stable, critical=critical, **found)
 
 
 def within(points: Sequence[Point], level: tuple[float, float], size: float) -> list[Point]:
@@ -151,8 +157,8 @@ def within(points: Sequence[Point], level: tuple[float, float], size: float) -> 
     return [point for point in points if low <= point.level <= high]
 
 
-def _multipliers(parameter: Parameter, point: Point, multiple: int) -> Numbers:
-    system = parameter.at(point.level)
+def multipliers_of(system: ScaledSystem, point: Point, multiple: int) -> Numbers:
+    """All multipliers (2L,) of an orbit, largest modulus first."""
     solver = FloquetSolver(system, truncation=TRUNCATION)
     given = point.full[None], np.array([point.rate]), multiple, full_support(system, multiple)
     return np.asarray(solver.multipliers(*given)[0])

@@ -60,7 +60,8 @@ class Place:
 @attrs.frozen(eq=False)
 class Point:
     """A point of a curve in scaled units: coefficients (2H + 1, L) of all modes, rate = omega by
-    the period multiple, level, further unknowns, whether the level turns back.
+    the period multiple, level, further unknowns, whether the level turns back, and the type of the
+    bifurcation if it is one.
     """
 
     full: Array
@@ -68,6 +69,7 @@ class Point:
     level: float
     more: tuple[float, ...] = ()
     turn: bool = False
+    code: str = ""
 
 
 @attrs.define(eq=False, kw_only=True)

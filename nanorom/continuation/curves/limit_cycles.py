@@ -8,26 +8,31 @@ at a Hopf point).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
+import attrs
 import numpy as np
 
 from nanorom.continuation.curves.conditioned import (
     OrbitCurve,
     Phase,
     PhasedCurve,
+    multipliers_of,
     orbit_curve,
     within,
 )
-from nanorom.continuation.curves.curve import Point
+from nanorom.continuation.curves.curve import Place, Point
 from nanorom.continuation.curves.parameter import Given, Parameter, parameter_of
 from nanorom.continuation.curves.rest import RestPoint
+from nanorom.continuation.orbits.bifurcations import Kind, crossed
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
-from nanorom.types import Array
+from nanorom.types import Array, Numbers
 
 FIRST_AMPLITUDE = 1e-3  # in scaled units: still linear
 FIRST_HARMONICS = 3
+NEAR_CRITICAL = 1e-6  # of a multiplier, at a place that is located to 1e-9 of a step
 
 
 @one_thread()
@@ -61,7 +66,9 @@ def limit_cycles(
     Returns
     -------
     OrbitCurve
-        Its `omega` is the motion's own. One multiplier, along the motion, is 1.
+        Its `omega` is the motion's own. One multiplier, along the motion, is 1. Where the motion
+        doubles its period or becomes a torus there are points, which `critical` tells; branches
+        that leave it there, and branch points, are not looked for.
 
     Raises
     ------
@@ -79,9 +86,47 @@ def limit_cycles(
     first, direction, largest = _first(line, point)
     phase = Phase(np.eye(line.unit.size)[largest], 1, 0.0)
     least = FIRST_AMPLITUDE / 2
-    curve = PhasedCurve.along(line, phase, first.rate, level, at, tolerance, least)
+    curve = _FreeMotions.along(line, phase, first.rate, level, at, tolerance, least)
     points = curve.follow(first, 1.0, steps, largest_step, direction)
     return orbit_curve(line, within(points, level, line.size), 1, free=True)
+
+
+@attrs.define(eq=False, kw_only=True)
+class _FreeMotions(PhasedCurve):
+    """Limit cycles along a parameter, with points where they double or become tori."""
+
+    _known: dict[bytes, Numbers] = attrs.field(factory=dict, init=False)
+
+    def _between(self, here: Place, there: Place) -> list[Point]:
+        balance = there.balance
+        before = here if here.balance is balance else self._moved(here, balance)
+        self._known = {key: self._known[key] for key in self._known if key == here.z.tobytes()}
+        found = super()._between(here, there)
+        for kind in crossed():
+            if not kind.changes_motion:
+                continue
+            place = self._located(before, there, partial(self._test, kind))
+            if place is not None and kind.distance(self._others(place)) < NEAR_CRITICAL:
+                found.append(attrs.evolve(self._unpack(place), code=kind.code))
+        if any(point.turn for point in found):  # in no order of their levels
+            return found
+        along = balance.basis.size + 1
+        falling = bool(there.z[along] < before.z[along])
+        return sorted(found, key=lambda point: point.level, reverse=falling)
+
+    def _test(self, kind: Kind, place: Place) -> float:
+        """Changes its sign at a bifurcation of a kind."""
+        return kind.condition.crossing(self._others(place))
+
+    def _others(self, place: Place) -> Numbers:
+        """The multipliers (2L - 1,) beside that along the motion."""
+        key = place.z.tobytes()
+        if key not in self._known:
+            point = self._unpack(place)
+            system = self.origin.plus(self.change, point.level)
+            values = multipliers_of(system, point, self.multiple)
+            self._known[key] = np.delete(values, np.abs(values - 1).argmin())
+        return self._known[key]
 
 
 def _first(line: Parameter, point: RestPoint) -> tuple[Point, Array, int]:

@@ -241,7 +241,11 @@ class _Explorer:
             return False
         if _is_shorter(orbit):
             return False
-        if not self.record.is_new(orbit) or (alone and self._is_unstable(orbit, support)):
+        if not self.record.is_new(orbit):
+            return True
+        if alone and self._is_unstable(orbit, support):
+            why = f"orbits of {p} period(s) with multipliers above {UNSTABLE:g}: not followed"
+            self.record.leave("start", orbit.omega, why)
             return True
         steps = follow_closed(tracer, orbit, 1.0, rates)
         if tracer.ending != "closed":  # from end to end

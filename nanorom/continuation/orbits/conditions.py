@@ -23,6 +23,7 @@ from nanorom.types import Array, Numbers
 NEAR = 0.2  # distance of two real multipliers that may be a complex pair nearby
 ALIKE = 1e-4  # imaginary part of a real multiplier that another one comes close to
 REAL = 1e-9  # imaginary part below which a multiplier is a real one
+FAR_OUTSIDE = 1.02  # a real multiplier that no complex pair was an instant before
 TINY = 1e-300  # keeps the logarithm of zero finite
 
 Critical = Callable[[Numbers, float], float]
@@ -71,6 +72,10 @@ class Condition(ABC):
         """Sign and log modulus of the test function at points with eigenvalues (n, 2L) and slopes
         (n,) of the rate; `pairs` of eigenvalues that belong to the same modes.
         """
+
+    def impostor(self, multipliers: Numbers) -> float:
+        """How near those are for which the test function vanishes though nothing is critical."""
+        return np.inf
 
     @abstractmethod
     def critical(self, symmetric: bool, multiplicity: int = 1) -> Critical:
@@ -171,6 +176,12 @@ class OnCircle(Condition):
     ) -> tuple[Array, Array]:
         first, second = pairs
         return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - 1.0)
+
+    def impostor(self, multipliers: Numbers) -> float:
+        """Of a neutral saddle: a real pair with product one, of which one is far outside."""
+        real = multipliers[np.abs(multipliers.imag) <= REAL].real
+        products = np.multiply.outer(real[np.abs(real) > FAR_OUTSIDE], real)
+        return float(np.abs(products - 1).min(initial=np.inf))
 
     def critical(self, symmetric: bool, multiplicity: int = 1) -> Critical:
         def mean(eigenvalues: Numbers, slope: float) -> float:

@@ -27,6 +27,7 @@ SAME = 1e-9  # of a frequency
 TOGETHER = 1e-8  # of multipliers, and of frequencies, that several of them are critical at
 ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
+ORDER = 12  # of a series about a point that is known well: half the work of one for a step
 FIRST_SECANT, LAST_SECANT, SECANTS = 1e-3, 1e-7, 8  # of the window: changes; most of them
 MUCH_CLOSER = 1e-2  # than damping alone: multipliers that are critical together
 ROUND_OFF = 1e-6  # of a frequency: what it may make of a fold at Q = 1e9
@@ -133,7 +134,7 @@ def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
     x, rate, factors = larger.correct(x, rate, border, tracer.accuracy.solved)
     if tracer.accuracy.sharp:
         factors = larger.factorise(x, rate, border)
-    packed, rates = expansion.expand(x, rate, factors)
+    packed, rates = expansion.expand(x, rate, factors, ORDER)
     return Series.from_terms(larger, packed, rates, DIVERGED)
 
 

@@ -15,7 +15,7 @@ from nanorom.continuation.branches.path import Path, Place
 from nanorom.continuation.orbits.bifurcations import Kind, critical_at, outside
 from nanorom.types import Array, Numbers
 
-PARTS = 8  # that an interval is cut into
+PARTS = 8  # that an interval is cut into at first; later into halves, which cost less
 BESIDE = 1e-3  # of an interval: how near to a known crossing others are not looked for
 RESOLVED = 1e-9  # of an interval: crossings closer to each other are taken for one at first
 
@@ -35,11 +35,11 @@ def crossings(
     positions = np.concatenate([ends[:1], edges, ends[1:]])
     for i in range(0, len(positions) - 1, 2):
         part = slice(i, i + 2)
-        yield from _within(path, positions[part], np.stack(values[part]), least)
+        yield from _within(path, positions[part], np.stack(values[part]), least, PARTS)
 
 
 def _within(
-    path: Path, positions: Array, eigenvalues: Numbers, least: float
+    path: Path, positions: Array, eigenvalues: Numbers, least: float, parts: int = 2
 ) -> Iterator[tuple[Kind, Place, int]]:
     counts = outside(eigenvalues)
     for i in np.flatnonzero(np.diff(counts)):
@@ -49,7 +49,7 @@ def _within(
             for kind, multiplicity in critical_at(eigenvalues[i + 1], crossed, path.symmetric):
                 yield kind, path.place((low + high) / 2), multiplicity
             continue
-        inner = low + (high - low) * np.arange(1, PARTS) / PARTS
+        inner = low + (high - low) * np.arange(1, parts) / parts
         values = path.maps([path.place(position) for position in inner])[1]
         yield from _within(
             path,

@@ -23,6 +23,8 @@ ROUNDS = 8
 MOST_POINTS = 1200  # at which adding points ends, unless the first ones are that many
 DEEP = 0.7  # log of a dip between two samples that deserves a point of its own
 GOOD_ESTIMATE = 3e-3  # of a multiplier at an interpolated root, which then needs no search
+BESIDE_OTHERS = 0.2  # of 1/Q: a multiplier so near is the critical one, not one of all the others
+BY_IMPOSTOR = 0.1  # of its distance: a neutral saddle, nearer than that, is what was located
 ROOT_TOLERANCE = 0.1  # of a located root; polishing and shooting decide
 LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 ESTIMATED = 1e-3  # of an interval: interpolated roots
@@ -176,20 +178,27 @@ class Detector:
             # in a narrow tongue an estimate may lead to its other end
             if not self.path.tracer.accuracy.tongues:
                 point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
+            if point is None:
+                point = self._located(kind, *ends, self.nearby)
             if point is not None:
-                point = replace(point, bracket=(kind, *ends))
-            else:
-                point = self._located(kind, *ends)
-            if point is not None:
-                found.append(point)
+                estimated = not self.path.tracer.accuracy.tongues
+                found.append(replace(point, bracket=(kind, *ends)) if estimated else point)
         return found
 
     def located(self, detected: Detected) -> Detected | None:
         """The same point from exact multipliers, if it was an estimate."""
         return None if detected.bracket is None else self._located(*detected.bracket)
 
-    def _located(self, kind: Kind, low: Place, high: Place) -> Detected | None:
-        place = self._locate(kind, low, high)
+    @property
+    def nearby(self) -> float:
+        """Distance of a critical multiplier, much less than that of others, that will do at first:
+        none where tongues are narrow.
+        """
+        accuracy = self.path.tracer.accuracy
+        return 0.0 if accuracy.tongues else min(GOOD_ESTIMATE, BESIDE_OTHERS * accuracy.loss)
+
+    def _located(self, kind: Kind, low: Place, high: Place, nearby: float = 0.0) -> Detected | None:
+        place = self._locate(kind, low, high, nearby)
         return self._classify(kind, place, ROOT_TOLERANCE) if place else None
 
     def _estimate(self, kind: Kind, number: int) -> Place:
@@ -209,7 +218,7 @@ class Detector:
         except ValueError:  # round-off: a point is itself the zero
             return self.path.place(low)
 
-    def _locate(self, kind: Kind, low: Place, high: Place) -> Place | None:
+    def _locate(self, kind: Kind, low: Place, high: Place, nearby: float) -> Place | None:
         step = low.step
         last = high.a if high.step == step else self.path.steps[step].length
         reference: float | None = None
@@ -222,6 +231,9 @@ class Detector:
             signs, logs = kind.condition.test(eigenvalues, slope, self.couples)
             if reference is None:
                 reference = float(logs[0])
+            distances = kind.distance(eigenvalues[0]), kind.condition.impostor(eigenvalues[0])
+            if low.a < a < last and min(distances) < nearby:
+                return 0.0  # ends the search
             return float(signs[0] * np.exp(np.clip(logs[0] - reference, -LOGS, LOGS)))
 
         closest = min(LOCATED * (last - low.a), IN_TONGUE * self.path.tracer.accuracy.loss)
@@ -235,7 +247,9 @@ class Detector:
         real pair with product one is a neutral saddle, not a torus).
         """
         eigenvalues = self.path.maps([place])[1][0]
-        close = kind.distance(eigenvalues) < tolerance
+        distance = kind.distance(eigenvalues)
+        genuine = BY_IMPOSTOR * distance < kind.condition.impostor(eigenvalues)
+        close = distance < tolerance and genuine
         return Detected(kind.at(self.path.symmetric), place) if close else None
 
 

@@ -90,6 +90,51 @@ def test_van_der_pol_has_its_frequency_and_amplitude():
     assert curve.orbit(index).period == pytest.approx(6.663286859323, rel=1e-9)
 
 
+def oscillator_with_companion(companion: float, coupling: float = 0.0) -> ModalSystem:
+    """A van der Pol oscillator, whose damping falls with the parameter, and a mode at rest."""
+    loss = np.zeros((2, 2, 2, 2))
+    loss[0, 0, 0, 0] = loss[1, 1, 1, 1] = 1.0
+    quadratic = np.zeros((2, 2, 2))  # of the potential coupling q_0 q_1^2
+    quadratic[0, 1, 1] = coupling
+    quadratic[1, 0, 1] = quadratic[1, 1, 0] = coupling
+    return ModalSystem(
+        stiffness=[1.0, companion**2],
+        damping=[0.1, 0.3],
+        quadratic=quadratic,
+        cubic_damping=loss,
+    )
+
+
+def test_limit_cycle_becomes_a_torus_where_its_companion_loses_its_damping():
+    system = oscillator_with_companion(1.7)
+    point = rest_states(system, (0.0, 0.5), {"damping": -np.eye(2)}).special_points[0]
+    assert point.level == pytest.approx(0.1, rel=LOCATED)
+    curve = limit_cycles(system, point, (0.0, 0.5), {"damping": -np.eye(2)})
+    ((index, code),) = curve.critical
+    assert code == "NS" and curve.level[index] == pytest.approx(0.3, rel=1e-7)
+    assert curve.stable[1:index].all() and not curve.stable[index + 1 :].any()
+
+
+def test_limit_cycle_doubles_its_period_where_its_companion_is_pumped():
+    """The companion's equation is one of Mathieu's kind, with the motion as its pump."""
+    change = {"damping": np.diag([-1.0, 0.0])}
+    system = oscillator_with_companion(0.5, 0.5)
+    point = rest_states(system, (0.0, 0.5), change).special_points[0]
+    curve = limit_cycles(system, point, (0.0, 0.5), change)
+    (index, code), *_ = curve.critical
+    assert code == "PD" and 0.1 < curve.level[index] < 0.5
+    at_point = ModalSystem(
+        stiffness=system.stiffness,
+        damping=system.damping + curve.level[index] * change["damping"],
+        quadratic=system.quadratic,
+        cubic_damping=system.cubic_damping,
+    )
+    orbit = curve.orbit(index)
+    rate = motion(at_point, orbit.omega, 0.0, 0.0)
+    exact = multipliers(rate, state(orbit, 2), orbit.period)
+    assert np.abs(exact + 1).min() < DIFFERENCES
+
+
 def test_buckling_and_snapping_are_told_from_oscillation():
     arch = ModalSystem(
         stiffness=[1.0],
