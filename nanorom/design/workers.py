@@ -32,7 +32,8 @@ class Worker:
     def begin(cls, module: str) -> Worker:
         """A process that waits for a job."""
         command = [sys.executable, "-m", module]
-        search = os.pathsep.join(filter(None, sys.path))  # as this process found the package
+        # as this process found the package; at a prompt "" is the folder it is in
+        search = os.pathsep.join(path or os.getcwd() for path in sys.path)
         return cls(
             subprocess.Popen(
                 command,

@@ -23,6 +23,7 @@ SCALINGS = 4
 SCALED = 1e-3  # relative, of the lowest squared frequency
 MOST_HALVINGS = 8
 SHRINK = 0.2  # of a value, at most in one step: it stays positive
+USUAL_NOISE = 1e-3  # relative: fits that are better are equally good where nothing tells the noise
 LEAST_NOISE = 1e-9  # relative: rounding of the frequencies
 
 
@@ -212,11 +213,13 @@ class Fit:
         """-2 log of how likely the measurement and its assignment are, but for a constant.
 
         chi^2 where uncertainties are stated; else the noise is unknown, and the odds go with
-        chi^-(n - p).
+        chi^-(n - p).  As many unknowns as frequencies leave no noise to be found: what misses by
+        more than is usual is then the less likely.
         """
         _, index = self.evaluate(x)
         residual = self.residual(x)
         square = float(residual @ residual)
         if self.measured.uncertainty is None:
-            square = self.freedom * np.log(max(square, LEAST_NOISE**2))
+            least = LEAST_NOISE if self.freedom > 0 else USUAL_NOISE
+            square = max(self.freedom, 1) * np.log(max(square, least**2))
         return square + UNSEEN * float(index.max() + 1 - len(index))

@@ -93,14 +93,6 @@ def test_film_is_asked_what_one_mode_leaves_out(make, tmp_path):
         assert 0 < abs(model / film - 1) < 3 * estimate
 
 
-def test_larger_drums_are_slower_as_membranes_are(make, tmp_path):
-    page = make.executed(DOCS / "howto/many.md", tmp_path)
-    rows = re.findall(r"^(\d) um +([\d.]+) MHz", page, re.M)
-    products = [float(radius) * float(frequency) for radius, frequency in rows]
-    assert len(products) == 3
-    assert products == pytest.approx([products[0]] * 3, rel=1e-6)
-
-
 def test_command_line_page_has_every_command(make):
     page = make.command_line()
     for name in ("reduce", "respond", "identify", "export"):

@@ -1,5 +1,7 @@
 """What a study varies is read as it is meant, and drawn from the distributions that are named."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from nanorom.errors import NanoromError
 from nanorom.scene.scene import Scene
 from tests.conftest import DRUM
 
+DEMOS = Path(__file__).parents[2] / "demos"
 SCENE = Scene.from_toml(DRUM)
 
 
@@ -97,3 +100,18 @@ def test_what_makes_no_sense_is_told_in_one_line(vary, more, told):
 def test_quantities_that_no_model_has_are_told_before_anything_runs(names):
     with pytest.raises(NanoromError, match="of: "):
         Request.of_table(SCENE, {"tension.x": [0.3]}, names)
+
+
+def test_the_demo_asks_for_what_the_drum_has():
+    found = Request.read(DEMOS / "drum.toml", DEMOS / "spread.toml")
+    assert found.settings.shape == (64, 4)
+    assert found.of == ("f1", "f3/f1", "b111")
+
+
+@pytest.mark.parametrize("text", ["off = 3", "of = 3", "[vary]", "vary = [", "samples = 1.5"])
+def test_a_bad_study_file_is_told_by_its_name(tmp_path, text):
+    path = tmp_path / "study.toml"
+    path.write_text(text if "vary" in text else f'{text}\n[vary]\n"tension.x" = [0.3]')
+    with pytest.raises(NanoromError) as error:
+        Request.read(DEMOS / "drum.toml", path)
+    assert "\n" not in str(error.value)
