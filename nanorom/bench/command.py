@@ -11,13 +11,14 @@ from nanorom.files.whole import check_directory, make_directory
 
 
 def run(directory: Path, what: str, quick: bool) -> None:
-    """Measure ``what`` (speed, accuracy, stress, skips, size); leave its table in a directory."""
+    """Measure ``what`` (speed, accuracy, scenes, ...); leave its table in a directory."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     check_directory(directory)
     make_directory(directory)
     kinds = {
         "speed": _speed,
         "accuracy": _accuracy,
+        "scenes": _scenes,
         "stress": _stress,
         "skips": _skips,
         "size": _size,
@@ -59,16 +60,24 @@ def _speed(directory: Path, quick: bool) -> None:
 
 
 def _accuracy(directory: Path, quick: bool) -> None:
-    from nanorom.bench import accuracy, report, scenes
+    from nanorom.bench import accuracy, report
 
     rows = _shown(accuracy.rows(quick))
     report.write_csv(rows, directory / "accuracy.csv")
-    drawn = _shown(scenes.rows(quick))
-    report.write_csv(drawn, directory / "scenes.csv")
-    worst = _shown(iter([scenes.summary(drawn)]))
     title = "True error against the estimate"
     command = _command(" --accuracy", quick)
-    report.write_markdown(title, (rows, worst, drawn), directory / "accuracy.md", command)
+    report.write_markdown(title, (rows,), directory / "accuracy.md", command)
+    _scenes(directory, quick)
+
+
+def _scenes(directory: Path, quick: bool) -> None:
+    from nanorom.bench import report, scenes
+
+    drawn = _shown(scenes.rows(directory / "scenes.csv", quick))
+    worst = _shown(iter([scenes.summary(drawn)]))
+    title = "Random scenes, each against itself at a hundredth of its tolerance"
+    command = _command(" --scenes", quick)
+    report.write_markdown(title, (worst, drawn), directory / "scenes.md", command)
 
 
 def _stress(directory: Path, quick: bool) -> None:

@@ -44,12 +44,12 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def write_csv(rows: Iterable[Any], path: Path) -> None:
-    """All rows, whole or not at all."""
+def write_csv(rows: Iterable[Any], path: Path, kind: type[Any] | None = None) -> None:
+    """All rows, whole or not at all; kind: of the rows, needed where there may be none."""
     rows = list(rows)
     with atomic_path(path) as temporary, open(temporary, "w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow([field.name for field in attrs.fields(type(rows[0]))])
+        writer.writerow([field.name for field in attrs.fields(kind or type(rows[0]))])
         writer.writerows(attrs.astuple(row) for row in rows)
 
 

@@ -11,12 +11,13 @@ from __future__ import annotations
 import time
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import attrs
 import numpy as np
 
-from nanorom.bench import bounded
+from nanorom.bench import bounded, kept
 from nanorom.errors import AccuracyWarning, NanoromError
 from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.rom.model import ReducedModel
@@ -78,13 +79,16 @@ class Summary:
     worst_by_estimate: float
 
 
-def rows(quick: bool = False, numbers: Iterable[int] | None = None) -> Iterator[Drawn]:
-    """Scenes by their numbers, each in a process of its own with bounds, or a few quick ones."""
+def rows(path: Path, quick: bool = False) -> Iterator[Drawn]:
+    """Scenes by their numbers, each in a process of its own with bounds, or a few quick ones.
+
+    What the file ``path`` holds is taken from there, what it lacks is added: hours of computation
+    may be interrupted.
+    """
     if quick:
         yield from (held(number, drawn(number)) for number in range(FEW))
         return
-    for number in range(COUNT) if numbers is None else numbers:
-        yield within_bounds(number)
+    yield from kept.rows(path, Drawn, range(COUNT), within_bounds)
 
 
 def within_bounds(number: int) -> Drawn:

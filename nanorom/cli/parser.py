@@ -250,6 +250,7 @@ def _bench(parser: argparse.ArgumentParser) -> None:
     what = parser.add_mutually_exclusive_group()
     for name, text in (
         ("accuracy", "true error against the estimate: drums, squares, strings and random scenes"),
+        ("scenes", "the random scenes alone; goes on where it was interrupted"),
         ("stress", "extreme parameters, each against an exact or a finer solution"),
         ("skips", "what each skip of the plan saves, and what it changes"),
         ("size", "time and memory against unknowns, on the ranks of mpirun"),

@@ -92,10 +92,11 @@ def tensor_items(plan: Plan, method: str, cases: tuple[int, int], flat: bool) ->
         found.append(Item("quadratic tensor", False, why))
     else:
         found.append(Item("quadratic tensor", True, ""))
-    if solved == every:
+    if method == "direct":
         found.append(Item(f"cubic tensor by {method}: {solved} static solutions", True, ""))
     else:
-        why = f"of {every}: of load cases that are mirror images one is solved"
+        of = "" if solved == every else f"of {every}: "
+        why = f"{of}of load cases that are mirror images one is solved"
         what = f"cubic tensor by {method}: at most {solved} static solutions"
         found.append(Item(what, True, why))
     what = f"{n**4 - comb(n + 3, 4)} of {n**4} cubic entries"

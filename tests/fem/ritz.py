@@ -114,3 +114,47 @@ def rectangle(sides, width, nu, bending, tension=(0.0, 0.0), n=20):
     moved = solve(matrix, force, assume_a="pos")
     whole = area * np.einsum("ist,ist,s,t->", stress, slopes, weight, weight)
     return float(np.sqrt(value[0])), float(2 * (whole - force @ moved))
+
+
+def relaxed(sides, width, nu, tension, n=14, m=18):
+    """Factor of a tension at which a film with free sides buckles, tension and result by D.
+
+    The tension relaxes at the free sides: what it leaves is found from m functions per direction,
+    its buckling from n.
+    """
+    points, weight = legendre.leggauss(max(n, m) + 20)
+    a, b = 2.0, 2.0 / width
+    weight = (np.outer(weight, weight) * width / 4).ravel()
+
+    def fields(powers, count, *orders):
+        x, y = (
+            Axis(powers[low], powers[high], count, points) for low, high in (sides[:2], sides[2:])
+        )
+        products = (np.einsum("is,jt->ijst", x.at[i], y.at[j]) * a**i * b**j for i, j in orders)
+        return [product.reshape(count**2, -1) for product in products]
+
+    def inner(one, other, by=1.0):
+        return (one * weight * by) @ other.T
+
+    ux, uy = fields(IN_PLANE, m, (1, 0), (0, 1))
+    c, shear = 1 / (1 - nu**2), 1 / (2 * (1 + nu))
+    mixed = c * nu * inner(ux, uy) + shear * inner(uy, ux)
+    matrix = np.block(
+        [
+            [c * inner(ux, ux) + shear * inner(uy, uy), mixed],
+            [mixed.T, c * inner(uy, uy) + shear * inner(ux, ux)],
+        ]
+    )
+    force = -np.concatenate([tension[0] * ux @ weight, tension[1] * uy @ weight])
+    u, v = np.split(solve(matrix, force, assume_a="pos"), 2)
+    along, across = u @ ux, v @ uy
+    nx = tension[0] + c * (along + nu * across)
+    ny = tension[1] + c * (across + nu * along)
+    nxy = shear * (u @ uy + v @ ux)
+    wx, wy, wxx, wyy, wxy = fields(DEFLECTION, n, (1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
+    mixed = inner(wxx, wyy)
+    bending = inner(wxx, wxx) + inner(wyy, wyy) + nu * (mixed + mixed.T)
+    bending += 2 * (1 - nu) * inner(wxy, wxy)
+    mixed = inner(wx, wy, nxy)
+    pulled = inner(wx, wx, nx) + inner(wy, wy, ny) + mixed + mixed.T
+    return float(1 / eigh(-pulled, bending, eigvals_only=True)[-1])

@@ -215,6 +215,17 @@ def test_plan_says_what_is_skipped_and_why():
     assert "degrees of freedom" in route.cost(plan)
 
 
+@pytest.mark.parametrize(
+    ("load", "told"), [(None, "at most 858"), (Load(pressure="1 kPa"), "at most 1716")]
+)
+def test_plan_says_that_shells_solve_one_of_the_load_cases_that_mirror_each_other(load, told):
+    scene = attrs.evolve(paper_drum(11), plate=Plate("10 nm", "shell"), load=load)
+    items = route_of(scene).items(Plan.of(scene))
+    (cases,) = [item for item in items if "static solutions" in item.what]
+    assert cases.what == f"cubic tensor by step: {told} static solutions"
+    assert cases.why.endswith("of load cases that are mirror images one is solved")
+
+
 def test_new_parameters_compile_no_form(monkeypatch):
     """Tension, E, thickness, density, damping and drive are numbers in forms that there are."""
     scene = rectangle(damping=Damping(100), drive=Drive(["1 Pa"]), sweep=Sweep("0.9 f1", "1.1 f1"))

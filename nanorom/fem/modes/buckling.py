@@ -16,40 +16,38 @@ from nanorom.fem.models.operators import ClassStiffness, free_deflections
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State
 from nanorom.fem.solvers import algebra
-from nanorom.scene.film import Tension
 
 TOLERANCE = 1e-10  # of the eigenvalue
 NOT_FOUND = "its critical tension was not found"
 
 
-def told(plate: Plate, tension: Tension, loaded: bool) -> str:
+def told(plate: Plate, unit: float, deflected: bool) -> str:
     """One line for the user: the state is not stable, and what is the critical tension.
 
-    loaded : a load acts; else a pre-stress that is not constant has relaxed at free edges.
+    unit : of the plate's tension (N/m), in which a change of stress is counted; deflected : a load
+    or its first shape took the film out of its plane; else a pre-stress that is not constant has
+    relaxed at free edges.
     """
     if not plate.bending:
         return (
             "the flat state is not stable: a membrane has no stiffness under compression; "
             "raise the tension or give the film bending stiffness (plate.model)"
         )
-    if plate.state.prestress is not None and not loaded:
-        return (
-            "the film is not stable under its pre-stress, which relaxes where it pulls at free "
-            "edges: it buckles, or its supports leave it a motion that nothing resists; raise the "
-            "tension along its free edges or hold more of its sides"
-        )
+    if plate.state.prestress is not None and not deflected:
+        return _relaxed(plate)
     if not plate.state.uniform:
         return "the static state is not stable under its load; lower the load or raise the tension"
-    if tension.x == tension.y == tension.xy == 0:
+    tension, shear = plate.state.tension, plate.state.shear
+    if tension == (0.0, 0.0) and not shear:
         return (
             "the film is not stable: its supports leave it a motion that nothing resists; hold "
             "more of its sides, or clamp one"
         )
     factor = critical_factor(plate)
-    x, y = factor * tension.x, factor * tension.y
+    x, y = (factor * unit * pull for pull in tension)
     values = f"{x:.8g} N/m" if x == y else f"{x:.8g} N/m along x and {y:.8g} N/m along y"
-    if tension.xy:
-        values += f" with a shear of {factor * tension.xy:.8g} N/m"
+    if shear:
+        values += f" with a shear of {factor * unit * shear:.8g} N/m"
     return (
         f"the flat state is not stable: the film buckles at {factor:.6g} of the stated tension; "
         f"the critical tension is {values}: raise the tension above it, or give the film a small "
@@ -57,8 +55,25 @@ def told(plate: Plate, tension: Tension, loaded: bool) -> str:
     )
 
 
+def _relaxed(plate: Plate) -> str:
+    """What a flat film is told whose pre-stress has relaxed: it compresses some of the film."""
+    try:
+        factor = critical_factor(plate)
+    except SolverError:  # bending resists some motion not at all, or the tension compresses nothing
+        return (
+            "the film is not stable: its supports leave it a motion that neither bending nor its "
+            "pre-stress resists; hold more of its sides, or clamp one"
+        )
+    return (
+        "the film is not stable under its pre-stress, which relaxes where it pulls at free edges "
+        f"and compresses the film elsewhere: it buckles at {factor:.6g} of what is stated; state "
+        "less, hold more of its sides, or give the film a small load ([load] pressure), under "
+        "which its buckled state is found"
+    )
+
+
 def critical_factor(plate: Plate) -> float:
-    """Factor of the plate's tension at which the flat film buckles. Collective.
+    """Factor of a flat plate's tension, relaxed or not, at which it buckles. Collective.
 
     Raises SolverError if no factor makes it buckle.
     """

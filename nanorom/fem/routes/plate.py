@@ -111,7 +111,8 @@ def solve(
         try:
             modes = coupled.solve(plate, scene.modes.highest)
         except eigen.UnstableError as error:
-            raise SolverError(buckling.told(plate, scene.tension, not scene.flat)) from error
+            deflected = static.deflection is not None
+            raise SolverError(buckling.told(plate, scales.tension, deflected)) from error
         stiffening = accuracy.stiffening_of(plate, static.tension)
         unsure = 2 * accuracy.of_modes(modes, stiffening).frequency
         modes, names = labels.name(scene, modes, 2 * float(unsure.max()))

@@ -74,24 +74,30 @@ class ShellRoute(Route):
         return "step"
 
     def load_cases(self, plan: Plan) -> tuple[int, int]:
-        """Cases with their opposites, to tell even from odd, at all amplitudes."""
-        n = len(plan.scene.modes.numbers)
-        amplitudes = EXTRAPOLATED if plan.scene.reduction.amplitude is None else 1
-        every = amplitudes * (2 * n + 4 * comb(n, 2) + 2 * comb(n, 3))
-        return every, every
+        """Cases with their opposites, to tell even from odd, at all amplitudes.
+
+        Opposite cases of a flat shell are images of each other; mirrors of the surface, which its
+        nodes and modes tell once they are there, make them fewer still.
+        """
+        scene, n = plan.scene, len(plan.scene.modes.numbers)
+        amplitudes = EXTRAPOLATED if scene.reduction.amplitude is None else 1
+        half = amplitudes * (n + 2 * comb(n, 2) + comb(n, 3))
+        return half if self._flat(scene) else 2 * half, 2 * half
+
+    @staticmethod
+    def _flat(scene: Scene) -> bool:
+        """Whether the scene tells that the surface is flat; of a mesh file only the file does."""
+        return scene.flat and not isinstance(scene.geometry, MeshFile)
 
     def items(self, plan: Plan) -> list[Item]:
         """State, bending, modes, tensors; a shell is meshed as a whole."""
-        scene = plan.scene
-        curved = isinstance(scene.geometry, MeshFile)  # it may be: only its file tells
+        cases, flat = self.load_cases(plan), self._flat(plan.scene)
         return [
             plan_text.state_item(plan),
             plan_text.bending_item(plan),
             plan_text.mirror_item(Mirrors()),
             plan_text.modes_item(plan),
-            *plan_text.tensor_items(
-                plan, "step", self.load_cases(plan), flat=scene.flat and not curved
-            ),
+            *plan_text.tensor_items(plan, "step", cases, flat=flat),
         ]
 
     def cost(self, plan: Plan) -> str:

@@ -132,7 +132,9 @@ def test_lateral_bending_of_a_string_is_that_of_a_beam_under_its_tension(tension
 
 
 def test_modes_among_lateral_bending_are_refused():
-    with pytest.raises(SolverError, match=r"in-plane resonances begin at 3.16e\+05 Hz"):
+    """What would help is told: tension makes lateral bending faster, and so does width."""
+    told = r"in-plane resonances begin at 3.16e\+05 Hz.* fewer of them or make the film wider"
+    with pytest.raises(SolverError, match=told):
         reduce(silicon_nitride(Modes(count=4)))
     found = reduce(silicon_nitride(Modes(count=1))).diagnostics["in_plane_frequency"]
     assert found > 8e6  # its square does not bend the film sideways

@@ -8,7 +8,8 @@ import pytest
 
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.tensors import selection
-from nanorom.fem.tensors.cases import load_cases
+from nanorom.fem.tensors.cases import load_cases, with_opposites
+from nanorom.fem.tensors.step import EXTRAPOLATED
 from nanorom.scene.film import Tension
 from nanorom.scene.load import Load
 from nanorom.scene.scene import Accuracy, Modes, Reduction
@@ -77,3 +78,17 @@ def test_triples_with_nothing_to_find_are_not_solved():
     scene = attrs.evolve(scene, modes=Modes(select=numbers), reduction=Reduction(method="step"))
     # of 3 + 3 * 2 + 1 the pairs of unlike parity need no second sign, and the triple none
     assert reduce_scene(scene).diagnostics["load_cases"] == 3 + 3
+
+
+@pytest.mark.parametrize(("flat", "solved"), [(False, 1278), (True, 729)])
+def test_shells_of_eleven_modes_solve_fewer_load_cases_for_their_mirrors(flat, solved):
+    """Of a drum: cos(n t) is odd in x for odd n, sin(n t) in y and for even n in x; 1716 in all."""
+    parities = [(0, 0)]  # f01
+    for n in (1, 2, 0, 3, 1, 4):  # f11, f21, f02, f31, f12, f41
+        parities += [(n % 2, 0), (1 - n % 2, 1)] if n else [(0, 0)]
+    every = with_opposites(list(load_cases(11)))
+    assert EXTRAPOLATED * len(every) == 1716
+    sources = selection.solved_for(every, selection.images(parities[:11], odd=flat))
+    assert EXTRAPOLATED * len({source for source, _ in sources.values()}) == solved
+    for case, (source, signs) in sources.items():
+        assert tuple((mode, int(sign * signs[mode])) for mode, sign in case) == source
