@@ -33,6 +33,7 @@ ENOUGH = 0.8  # work by loss, to first order, from which an orbit is looked for
 PHASES = 48  # of the drive, of one of its periods
 TRIES = 4  # amplitudes spread over a stretch of a backbone from which orbits are looked for
 LARGEST = 1.5  # of the stiffness, that the forced response may add
+WITHIN = 1e-3  # of a range
 PASSED = 1.05  # linear frequency by the low end of a range: its resonance begins there
 LITTLE = 1e-14  # loss of a motion, by its energy, that is none
 
@@ -67,7 +68,10 @@ def stretches(system: ScaledSystem, omega: tuple[float, float], reach: float) ->
                 continue
             if order == 1 and low < PASSED * linear[0] and linear[0] < high:
                 continue  # the response from rest passes it
-            limits = min(low, linear[0] / FARTHEST), max(high, 1.001 * linear[0])
+            # a backbone ends a little within the range, where its last orbit is then
+            inner = WITHIN * (high - low)
+            down = low + inner if linear[0] > low + inner else linear[0] / FARTHEST
+            limits = down, max(high - inner, 1.001 * linear[0])
             settings = Settings(tolerance=TOLERANCE, steps=STEPS)
             orbits = free_orbits(free, linear, limits, settings)
             if order == 2:  # at its tip a tongue is no small change of a free motion

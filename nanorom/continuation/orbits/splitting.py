@@ -31,7 +31,7 @@ _TURNS = (
     -0.246331761062075,
     0.357208872795928,
 )
-MANY = 32  # modes from which on it is cheaper than the series: tests/benchmarks/splitting.md
+MANY = 24  # modes from which on it is cheaper than the series: tests/benchmarks/splitting.md
 MOST_INTERVALS = 16384
 LEAST_INTERVALS = 4
 MARGIN = 1.05  # more intervals than the error asks for
