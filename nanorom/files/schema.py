@@ -35,6 +35,7 @@ AXES = {
     "C": "triangles",
     "n": "rows",
     "g": "growths",
+    "M": "multipliers, 2 L and those of states of first order",
     "t": "parts",
     "p": "keys",
     "q": "quantities",

@@ -45,12 +45,13 @@ def save_table(peaks: list[Peak], path: Path) -> None:
     with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["peak", "unit", *(f"{n}{s}" for n in names for s in ("", "_interval"))])
-        for number, peak in enumerate(peaks, 1):
+        for place, peak in enumerate(peaks, 1):
             cells: list[str] = []
             for name in names:
                 own = getattr(peak, name)
-                cells += ["", ""] if own is None else [repr(own.value), repr(own.interval)]
-            writer.writerow([number, peak.unit, *cells])
+                found = () if own is None else (own.value, own.interval)
+                cells += [repr(float(number)) for number in found] or ["", ""]
+            writer.writerow([place, peak.unit, *cells])
 
 
 def _peak(number: int, peak: Peak) -> str:

@@ -20,7 +20,7 @@ NONE = -1  # index of a parent or an origin that there is not
 MOST_BRANCHES = 10_000
 
 MULTIPLIERS = Item(
-    "n, 2L", "1", "Floquet multipliers, largest modulus first", kind="complex", finite=False
+    "n, M", "1", "Floquet multipliers, largest modulus first", kind="complex", finite=False
 )
 # Fourier coefficients of all orbits of a table, one after the other: their numbers differ
 ROWS = Item("n", "1", "how many Fourier coefficients each orbit has", kind="whole")
@@ -80,9 +80,10 @@ def write_diagram(level: h5py.Group, diagram: Diagram, size: int) -> None:
 
 def _write_points(group: h5py.Group, points: list[SpecialPoint], size: int) -> None:
     columns = {name: np.array([getattr(point, name) for point in points]) for name in POINTS}
+    lengths = {"L": size, "M": len(points[0].multipliers) if points else 0}
     for name, item in POINTS.items():
         if len(item.axes) > 1:  # with no points, the second axis is lost
-            columns[name] = columns[name].reshape(-1, item.shape({"L": size})[1] or 0)
+            columns[name] = columns[name].reshape(len(points), item.shape(lengths)[1] or 0)
     _write(group, POINTS, columns)
     multiplicity = np.array([point.multiplicity for point in points], dtype=np.int64)
     _write(group, MULTIPLICITY, {"multiplicity": multiplicity})

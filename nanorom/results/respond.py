@@ -13,7 +13,7 @@ import attrs
 import h5py
 import numpy as np
 
-from nanorom.continuation import Course, Diagram, ModalSystem, add_isolas, explore_each
+from nanorom.continuation import Course, Diagram, ModalSystem, Unexplored, add_isolas, explore_each
 from nanorom.errors import AccuracyWarning, FileError
 from nanorom.files import hdf5
 from nanorom.launch import interactive, seldom, watched
@@ -35,6 +35,8 @@ from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.units import with_unit
 from nanorom.types import Progress
 from nanorom.version import version
+
+NO_ISOLAS = "isolas are not looked for along curves of folds where the film's heat has states"
 
 
 def respond(
@@ -84,9 +86,9 @@ def respond(
             given = system, omega, levels, processes, _watch(told, numbers, found, total)
             for place, diagram in explore_each(*given, **options):
                 number = numbers[place]
-                found[number] = diagram
+                found[number] = _of_modes(diagram, model.size, omega[0])
                 if path is not None:
-                    add(file, path, number, diagram, empty)
+                    add(file, path, number, found[number], empty)
                 told("drive levels", len(found), total)
         except KeyboardInterrupt:
             if path is not None or not found or not interactive():
@@ -108,8 +110,20 @@ def _whole(
 ) -> Response:
     """The response with its isolas and estimates."""
     system, omega, options = question.of(model)
-    whole = add_isolas(system, omega, diagrams, processes, **options)
-    return estimated(attrs.evolve(empty, diagrams=tuple(whole)), model, question)
+    if system.states is None:
+        diagrams = add_isolas(system, omega, diagrams, processes, **options)
+    return estimated(attrs.evolve(empty, diagrams=tuple(diagrams)), model, question)
+
+
+def _of_modes(diagram: Diagram, count: int, omega: float) -> Diagram:
+    """A diagram of L = ``count`` modes without temperatures; curves of folds begin at whole orbits,
+    with them, so that none lead to isolas.
+    """
+    if not diagram.branches or diagram.branches[0].amplitude.shape[1] == count:
+        return diagram
+    modes = diagram.of_modes(count)
+    modes.unexplored.append(Unexplored("isola", omega, NO_ISOLAS))
+    return modes
 
 
 def _watch(

@@ -9,7 +9,9 @@ aim it is taken from the shapes that the model keeps, linear on their fine trian
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, TypeVar
 
 import attrs
 import numpy as np
@@ -22,12 +24,14 @@ from nanorom.scene import fields as v
 from nanorom.scene.drive import Drive
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.patterns.gate import GateForce
-from nanorom.scene.patterns.pattern import NO_GATE, Areal, Pattern, VirtualWork
+from nanorom.scene.patterns.pattern import NO_GATE, Absent, Areal, Pattern, VirtualWork
 from nanorom.types import Array
 
 if TYPE_CHECKING:
     from nanorom.continuation import Drive as Term
     from nanorom.continuation import FirstOrder, ModalSystem
+
+AnyPattern = TypeVar("AnyPattern", bound=Pattern)
 
 
 class ModalWork(VirtualWork[Array, Array]):
@@ -42,12 +46,14 @@ class ModalWork(VirtualWork[Array, Array]):
 class DrawnWork(ModalWork):
     """Virtual work on drawn shapes, linear on their triangles, unless it is known better.
 
-    area: (L,) in m^2, int phi dA; slope: (L, L), int grad phi . grad phi dA.
+    area: (L,) in m^2, int phi dA; slope: (L, L), int grad phi . grad phi dA; momentum: (L,) in kg,
+    int m phi dA.
     """
 
     shapes: Shapes
     area: Array | None = None
     slope: Array | None = None
+    momentum: Array | None = None
 
     def uniform(self, pressure: float = 1.0) -> Array:
         """J (L,) in N of a pressure in Pa."""
@@ -58,12 +64,19 @@ class DrawnWork(ModalWork):
         """J (L,) in N of a force per area at level 1."""
         return self._integral(self.shapes.values * pattern.density(self.shapes.points[:, :2]))
 
-    def point(self, position: tuple[float, float], key: str) -> Array:
-        """J (L,) in N of one newton at (x, y) in m; raises SceneError by its key off the film."""
+    def points(self, places: Array, weights: Array, key: str) -> Array:
+        """J (L,) in N of forces (n,) at places (n, 2) in m; raises SceneError off the film."""
         try:
-            return self.shapes.at(position)
+            values = [self.shapes.at((x, y)) for x, y in places.tolist()]
         except ModelError as error:
             raise SceneError(f"{key}: it is not on the film") from error
+        return np.asarray(weights @ np.array(values))
+
+    def inertia(self, acceleration: float = 1.0) -> Array:
+        """J (L,) in N of the frame's acceleration in m/s^2; raises Absent if no mass is known."""
+        if self.momentum is None:
+            return super().inertia()
+        return -acceleration * self.momentum
 
     def stretch(self, tension: float = 1.0) -> Array:
         """P (L, L) in N/m of a change of tension in N/m."""
@@ -95,23 +108,27 @@ def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dic
     Those that need no aim, the parametric ones beside the first direct one, and those of the
     drive.  Raises SceneError for a place beside the film.  Collective where the work is.
     """
-
-    def one_and_the_same(kind: type[Pattern]) -> bool:
-        return not kind.aimed() and (kind.everywhere or work.gated)
-
-    direct = {name: kind().force(work) for name, kind in DIRECT.items() if one_and_the_same(kind)}
+    direct = _present(DIRECT, lambda one: one.force(work))
     usual = next(iter(direct.values()))
-    parametric = {
-        name: kind().stiffness(work, usual)
-        for name, kind in PARAMETRIC.items()
-        if one_and_the_same(kind)
-    }
+    parametric = _present(PARAMETRIC, lambda one: one.stiffness(work, usual))
     if drive is not None and drive.pattern.aimed():
         direct[drive.direct_pattern] = drive.pattern.force(work)
     if drive is not None and drive.modulation.aimed():
         force = direct[drive.direct_pattern]
         parametric[drive.parametric_pattern] = drive.modulation.stiffness(work, force)
     return direct, parametric
+
+
+def _present(
+    kinds: Mapping[str, type[AnyPattern]], made: Callable[[AnyPattern], Array]
+) -> dict[str, Array]:
+    """What is made of those patterns that need no aim and that the film has."""
+    found = {}
+    for name, kind in kinds.items():
+        if not kind.aimed():
+            with suppress(Absent):  # who drives by it is told then
+                found[name] = made(kind())
+    return found
 
 
 def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSystem:

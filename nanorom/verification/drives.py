@@ -73,15 +73,24 @@ class FilmWork(VirtualWork[Forces, Operators]):
                 found[parity] += sign * pushed
         return found
 
-    def point(self, position: tuple[float, float], key: str) -> Forces:
+    def points(self, places: Array, weights: Array, key: str) -> Forces:
         film = self.film
-        place = np.array(position) / film.scales.length
+        found = {p: np.zeros(film.discrete.tables.nodes) for p in film.plate.mirrors.classes}
+        left = np.ones(len(places), dtype=bool)  # no copy has taken them yet
         for flip, signs in _copies(film):
-            cells, reference = locate(film.plate, (flip * place)[None])
-            if cells[0] >= 0:
-                pushed = _at(film, cells, reference, np.ones(1)) / film.plate.mirrors.copies
-                return {parity: sign * pushed for parity, sign in signs.items()}
-        raise SceneError(f"{key}: it is not on the film")
+            cells, reference = locate(film.plate, flip * places / film.scales.length)
+            here = (cells >= 0) & left
+            pushed = _at(film, cells[here], reference[here], weights[here])
+            for parity, sign in signs.items():
+                found[parity] += sign / film.plate.mirrors.copies * pushed
+            left &= ~here
+        if left.any():
+            raise SceneError(f"{key}: it is not on the film")
+        return found
+
+    def inertia(self, acceleration: float = 1.0) -> Forces:
+        mass = self.film.scales.mass * self.film.pieces.mass
+        return {self.film.discrete.even: -acceleration * mass @ np.ones(mass.shape[1])}
 
     def stretch(self, tension: float = 1.0) -> Operators:
         discrete = self.film.discrete

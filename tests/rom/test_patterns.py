@@ -21,6 +21,7 @@ from nanorom.scene.patterns.spot import Spot
 RADIUS = 2.5e-6
 FORCE_TOLERANCE = 1e-6  # the scene's own
 SHAPES_TOLERANCE = 2e-3  # linear triangles of the drawn shapes, relative to the J of f01
+ROUNDING = 1e-12
 SLOPE_TOLERANCE = 1e-2  # of linear triangles, relative to the steepest mode
 
 
@@ -156,7 +157,8 @@ def test_new_pattern_of_a_known_kind_is_one_class_and_one_row(model, monkeypatch
 
 def test_keys_of_every_pattern_are_keys_of_the_drive():
     fields = attrs.fields_dict(Drive)
-    assert set(KEYS) == {"position", "radius", "power", "absorption"} <= set(fields)
+    own = {"position", "radius", "field", "wire", "power", "absorption"}
+    assert set(KEYS) == own <= set(fields)
     for name, kind in (DIRECT | PARAMETRIC).items():
         assert kind.name == name and kind.unit and set(kind.keys()) <= set(fields)
 
@@ -175,7 +177,8 @@ def test_wide_spot_is_a_uniform_pressure(model):
 
 def test_point_gives_the_shapes_there(model):
     x = 0.37 * RADIUS
-    found = patterns.DrawnWork(model.shapes).point((x, 0.0), "drive.position")
+    place = np.array([[x, 0.0]])
+    found = patterns.DrawnWork(model.shapes).points(place, np.ones(1), "drive.position")
     zero = jn_zeros(1, 1)[0]
     peak = j1(1.8411837813)  # the maximum of J1
     expected = {"f01": j0(jn_zeros(0, 1)[0] * 0.37), "f11c": j1(zero * 0.37) / peak, "f11s": 0.0}
@@ -194,6 +197,75 @@ def test_off_centre_spot_drives_modes_that_pressure_does_not(model):
     peak = max(branch.amplitude[:, mode].max() for branch in response.diagrams[0].branches)
     expected = 1e-3 * abs(force[mode]) / (model.damping[mode, mode] * 2 * np.pi * f)
     assert peak == pytest.approx(expected, rel=1e-2)
+
+
+def test_shaken_frame_pushes_every_mass_on_the_film(model):
+    """A bare film as the pressure rho h a the other way; a particle as a force at its place."""
+    bare = -2267 * model_thickness(model) * model.drive["pressure"]
+    assert model.drive["acceleration"] == pytest.approx(bare, abs=ROUNDING * np.abs(bare).max())
+    place, value = ("0.8 um", "0.5 um"), 3e-18
+    scene = nanorom.Scene.from_toml(model.scene).with_(
+        plate=nanorom.Plate(thickness="10 nm", model="plate"),
+        masses=[nanorom.AddedMass(value, place)],
+        drive=Drive(1.0, direct_pattern="point", position=place),
+        sweep=Sweep("0.9 f1", "1.1 f1"),
+        accuracy=nanorom.Accuracy(tolerance=1e-4),
+    )
+    loaded = nanorom.reduce(scene)
+    film = -2267 * 10e-9 * loaded.drive["pressure"]
+    expected = film - value * loaded.drive["point"]
+    assert np.abs(expected - film).max() > 0.01 * np.abs(film).max()
+    found = loaded.drive["acceleration"]
+    assert found == pytest.approx(expected, abs=ROUNDING * np.abs(expected).max())
+
+
+def model_thickness(model):
+    return nanorom.Scene.from_toml(model.scene).plate.thickness
+
+
+def test_wire_on_a_rectangular_membrane_is_an_integral_of_sines():
+    """Bent at (x, y): from there to two corners of a kite; sin(m pi x/l) sin(n pi y/w)."""
+    length, width, field = 3e-6, 2e-6, 0.5
+    wire = [[-1.2e-6, -0.7e-6], [0.4e-6, 0.1e-6], [1.3e-6, 0.9e-6]]
+    scene = nanorom.Scene(
+        geometry=nanorom.Rectangle(length, width),
+        plate=nanorom.Plate(thickness="10 nm", model="membrane"),
+        material=nanorom.Material(410e9, 0.16, 2267),
+        tension=nanorom.Tension.isotropic(0.3),
+        modes=nanorom.Modes(count=5),
+        damping=nanorom.Damping(100),
+        drive=Drive("1 uA", direct_pattern="magnetomotive", field=field, wire=wire),
+        sweep=Sweep("0.9 f1", "1.1 f1"),
+    )
+    model = nanorom.reduce(scene)
+    exact = []
+    for label in model.label:
+        m, n = (int(part) for part in label.strip("()").split(","))
+
+        def shape(x, y, m=m, n=n):
+            return np.sin(m * np.pi * (x / length + 0.5)) * np.sin(n * np.pi * (y / width + 0.5))
+
+        total = 0.0
+        for a, b in zip(np.array(wire), np.array(wire[1:])):
+            along = quad(lambda s, a=a, b=b, w=shape: w(*(a + s * (b - a))), 0, 1, epsabs=1e-12)[0]
+            total += np.linalg.norm(b - a) * along
+        exact.append(field * total)
+    sign = np.sign(model.drive["magnetomotive"] * exact)
+    assert sign * model.drive["magnetomotive"] == pytest.approx(
+        np.array(exact), abs=FORCE_TOLERANCE * np.abs(exact).max()
+    )
+
+
+def test_wires_that_are_none_are_refused(model):
+    given = {"direct_pattern": "magnetomotive", "field": "1 T"}
+    with pytest.raises(SceneError, match="drive.wire: .* two places or more"):
+        Drive(1.0, **given, wire=[[0, 0]])
+    with pytest.raises(SceneError, match="drive.wire: found one place twice in a row"):
+        Drive(1.0, **given, wire=[[0, 0], [0, 0]])
+    with pytest.raises(SceneError, match="drive.field: missing"):
+        Drive(1.0, direct_pattern="magnetomotive", wire=[[0, 0], [1e-6, 0]])
+    with pytest.raises(SceneError, match="drive.wire: it is not on the film"):
+        reduced_with(model, Drive(1.0, **given, wire=[[0, 0], [4e-6, 0]]))
 
 
 def test_drive_that_is_not_aimed_well_is_refused(model, make_model):

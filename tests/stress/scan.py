@@ -31,6 +31,7 @@ NEWTONS, CLOSED = 25, 1e-8
 LARGEST = 3.0  # of amplitudes of the diagram: random states
 SAME = 6e-2  # of an amplitude, which is interpolated between points of a branch
 AWAY = 5e-2  # of the largest amplitude: of a mode that hardly moves
+REST = 1e-7  # of random states: amplitudes that Newton's method does not tell apart
 UNSTABLE = 100.0  # multiplier beyond which an orbit that nothing leads to is not followed
 
 
@@ -159,7 +160,7 @@ def orbits(
     closed = np.abs(change).max(axis=1) < CLOSED * size
     found: list[tuple[np.ndarray, float]] = []
     for amplitude, matrix in zip(largest[closed], maps[closed]):
-        if not any(_alike(amplitude, other) for other, _ in found):
+        if not any(_alike(amplitude, other, REST * size) for other, _ in found):
             found.append((amplitude, float(np.abs(np.linalg.eigvals(matrix)).max())))
     return found
 
@@ -168,19 +169,19 @@ def _solved(matrices: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     return np.stack([np.linalg.lstsq(m, g, rcond=1e-14)[0] for m, g in zip(matrices, gaps)])
 
 
-def _alike(one: np.ndarray, two: np.ndarray) -> bool:
-    scale = max(one.max(), two.max())
-    return bool((np.abs(one - two) < SAME * np.maximum(one, two) + AWAY * scale).all())
+def _alike(one: np.ndarray, two: np.ndarray, floor: float) -> bool:
+    allowed = SAME * np.maximum(one, two) + AWAY * max(one.max(), two.max()) + floor
+    return bool((np.abs(one - two) <= allowed).all())
 
 
-def on_branch(diagram: Diagram, omega: float, amplitude: np.ndarray) -> bool:
-    """Whether a branch passes a frequency with these amplitudes."""
+def on_branch(diagram: Diagram, omega: float, amplitude: np.ndarray, floor: float) -> bool:
+    """Whether a branch passes a frequency with these amplitudes, but for a difference `floor`."""
     for branch in diagram.branches:
         for i in np.flatnonzero((branch.omega[:-1] - omega) * (branch.omega[1:] - omega) <= 0):
             gap = branch.omega[i + 1] - branch.omega[i]
             part = (omega - branch.omega[i]) / gap if gap else 0.0
             here = branch.amplitude[i] + part * (branch.amplitude[i + 1] - branch.amplitude[i])
-            if _alike(here, amplitude):
+            if _alike(here, amplitude, floor):
                 return True
     return False
 
@@ -192,13 +193,13 @@ def scanned(seed: int) -> Row:
     start = time.process_time()
     diagram = explore(case.system, case.omega, case.direct, case.parametric)
     seconds = time.process_time() - start
-    size = LARGEST * max(float(branch.amplitude.max()) for branch in diagram.branches)
+    size = LARGEST * max(float(branch.amplitude.max()) for branch in diagram.branches) or 1.0
     count, told, missed = 0, 0, []
     for omega in random.uniform(*case.omega, FREQUENCIES):
         for periods in ORDERS:
-            for amplitude, multiplier in orbits(case, omega, periods, size or 1.0, random):
+            for amplitude, multiplier in orbits(case, omega, periods, size, random):
                 count += 1
-                if on_branch(diagram, omega, amplitude):
+                if on_branch(diagram, omega, amplitude, REST * size):
                     continue
                 if multiplier > UNSTABLE or diagram.unexplored:
                     told += 1

@@ -4,7 +4,7 @@ import pytest
 
 from tests.stress.scan import scanned
 
-SEEDS = (0, 1, 6)  # hardening, softening and parametric
+SEEDS = (0, 6)  # hardening, at Q of 2e6, and parametric, at 3e5
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -272,7 +272,7 @@ ENDS = {
 CLASSES = {"measurement/unknowns.py": ("_ALL = (", STRESS.lstrip("\n") + "\n\n_ALL = (")}
 ROWS = {
     "scene/patterns/__init__.py": [
-        ("Spot, Point, GateForce, Laser)", "Spot, Point, GateForce, Laser, Ring)"),
+        ("    Laser,\n)", "    Laser,\n    Ring,\n)"),
         ("    GateStiffness,\n)", "    GateStiffness,\n    Share,\n)"),
         (
             "from nanorom.scene.patterns.spot import Spot\n",

@@ -67,6 +67,30 @@ def test_modulation_of_the_film_is_the_model_s_on_its_modes(pattern):
     assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize(
+    "aim",
+    [
+        {"direct_pattern": "acceleration"},
+        {
+            "direct_pattern": "magnetomotive",
+            "field": 0.3,
+            "wire": [[-0.8e-6, 0.1e-6], [0.5e-6, 0.7e-6]],
+        },
+    ],
+    ids=lambda aim: aim["direct_pattern"],
+)
+def test_force_on_the_film_is_the_model_s_on_its_modes(aim):
+    drive = nanorom.Drive(1.0, **aim)
+    scene = drum(4, drive=drive, sweep=DRIVE["sweep"])
+    model = nanorom.reduce(scene)
+    driven = DrivenFilm(assemble(scene, more=2), drive, 1.0, 0.0)
+    expected = model.drive[aim["direct_pattern"]]
+    film = driven.film
+    unit = film.units.force * film.units.deflection * film.plate.mirrors.copies
+    found = driven.system.direct[:4] * unit / film.scale[:4]
+    assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
 def test_film_without_damping_is_refused():
     scene = drum(2)
     with pytest.raises(SceneError, match="damping"):

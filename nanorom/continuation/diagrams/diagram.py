@@ -39,6 +39,16 @@ class SpecialPoint:
         """The periodic orbit at the bifurcation."""
         return PeriodicOrbit(self.coefficients, self.omega, self.period_multiple)
 
+    def of_modes(self, count: int) -> SpecialPoint:
+        """The same without what follows the first L = ``count`` coordinates: temperatures, say."""
+        size = len(self.amplitude)
+        return attrs.evolve(
+            self,
+            amplitude=self.amplitude[:count],
+            state=np.concatenate([self.state[:count], self.state[size : size + count]]),
+            coefficients=self.coefficients[:, :count],
+        )
+
 
 @attrs.define(eq=False)
 class Branch:
@@ -74,6 +84,14 @@ class Branch:
         """The periodic orbit of one point of the branch."""
         return PeriodicOrbit(
             self.coefficients[index], float(self.omega[index]), self.period_multiple
+        )
+
+    def of_modes(self, count: int) -> Branch:
+        """The same without what follows the first L = ``count`` coordinates."""
+        return attrs.evolve(
+            self,
+            amplitude=self.amplitude[:, :count],
+            coefficients=[orbit[:, :count] for orbit in self.coefficients],
         )
 
     def __len__(self) -> int:
@@ -116,6 +134,14 @@ class Diagram:
             for point in self.special_points
             if (kind is None or point.type == kind) and (branch is None or point.branch == branch)
         ]
+
+    def of_modes(self, count: int) -> Diagram:
+        """The same without states of first order, which follow the L = ``count`` modes."""
+        return attrs.evolve(
+            self,
+            branches=[branch.of_modes(count) for branch in self.branches],
+            special_points=[point.of_modes(count) for point in self.special_points],
+        )
 
     def __repr__(self) -> str:
         return str(self)

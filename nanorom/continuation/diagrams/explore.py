@@ -22,7 +22,7 @@ from nanorom.continuation.diagrams.subharmonics import stretches
 from nanorom.continuation.diagrams.window import Window
 from nanorom.continuation.orbits.coordinates import with_symmetries
 from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
-from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit
+from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, is_shorter
 from nanorom.continuation.points.directions import breaking, crossing
 from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
 from nanorom.continuation.settings import Settings, check_range
@@ -35,7 +35,6 @@ SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves i
 LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
 HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
 UNSTABLE = 100.0  # multiplier beyond which an orbit that nothing leads to is not followed
-SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
 @one_thread()
@@ -112,8 +111,9 @@ class _Explorer:
         """All that leads from rest, or all that was known before, and what seeds lead to."""
         try:
             if known is None:
-                self._base()
+                window = self._base()
                 self._bifurcating()
+                self._from_outside(window)
                 self._subharmonic()
             else:
                 self.record.begin_with(known)
@@ -123,6 +123,25 @@ class _Explorer:
                 f"numbers that are no longer finite, or a singular matrix ({error}); "
                 "allowed: a weaker drive, or a range farther from such motion"
             ) from None
+
+    def _from_outside(self, window: Window) -> None:
+        """Branches that come into the range from where the response, unstable at its ends, became
+        so.
+        """
+        start, stop = self.record.range
+        for low, high in list(window.outside()):
+            omega = low * self.scaled.frequency, high * self.scaled.frequency
+            outer = _Explorer(Record(self.scaled, omega, self.settings), self.levels)
+            outer._base()
+            outer._bifurcating()
+            for branch in outer.record.branches:
+                orbits = [self.record.scaled_orbit(branch.orbit(i)) for i in range(len(branch))]
+                inside = [
+                    o for o in orbits if self.record.range[0] < o.omega < self.record.range[1]
+                ]
+                if branch.parent is not None and inside:
+                    self._isolated(inside[len(inside) // 2], alone=True)
+            self._bifurcating()
 
     def _subharmonic(self) -> None:
         """Branches of one, three and five periods of the drive that nothing leads to."""
@@ -134,7 +153,9 @@ class _Explorer:
                     )
                     self.record.leave("start", stretch.omega, why)
                     continue
-                if not any(self._isolated(start, alone=True) for start in stretch.starts):
+                # all of them: stable and unstable orbits need not be on one branch
+                met = [self._isolated(start, alone=True) for start in stretch.starts]
+                if not any(met):
                     why = f"orbits of {stretch.order} period(s) may be near; none was found"
                     self.record.leave("start", stretch.omega, why)
                 self._bifurcating()
@@ -171,9 +192,10 @@ class _Explorer:
             else:
                 self._switch(node)
 
-    def _base(self) -> None:
+    def _base(self) -> Window:
         """The branch of the response from rest at the low end; if it turns back, also the one from
         the high end, and the pieces that lie between where it leaves the range and comes back.
+        Returns what is at the ends of the range.
         """
         low, high = self.record.range
         tracer = Tracer(self.scaled, forced_support(self.scaled), 1, self.settings)
@@ -194,6 +216,7 @@ class _Explorer:
         for steps in window.pieces():
             self.record.add(tracer, steps, None, 0)
         window.tell()
+        return window
 
     def _steps(self, tracer: Tracer, orbit: Orbit, direction: float) -> list[Series]:
         steps = list(tracer.follow(orbit, direction, self.record.range))
@@ -239,7 +262,7 @@ class _Explorer:
             if not alone and not self.record.known:  # a level need not have what another one has
                 self.record.leave("start", seed.omega, f"from a seed: {error}")
             return False
-        if _is_shorter(orbit):
+        if is_shorter(orbit):
             return False
         if not self.record.is_new(orbit):
             return True
@@ -368,11 +391,3 @@ class _Explorer:
             ):
                 continue
             node.reached = True
-
-
-def _is_shorter(orbit: Orbit) -> bool:
-    """Whether an orbit of period_multiple > 1 has the period of the drive after all."""
-    numbers = (np.arange(len(orbit.coefficients)) + 1) // 2
-    part = np.abs(orbit.coefficients[numbers % orbit.period_multiple != 0]).max(initial=0.0)
-    scale = np.abs(orbit.coefficients).max(initial=0.0)
-    return orbit.period_multiple > 1 and bool(part <= SHORTER * scale)

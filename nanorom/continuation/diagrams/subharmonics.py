@@ -1,6 +1,7 @@
-"""Where orbits of one, three and five periods of the drive may lie on branches of their own.
+"""Where orbits of one to five periods of the drive may lie on branches of their own.
 
-Nothing leads to them from rest; to those of one period only from resonances far outside the range.
+Nothing leads to them from rest; to those of one and two periods only from resonances outside the
+range.
 Near them the motion is a free one, of the undamped system, that
 turns n times more slowly than the drive, and the drive makes up for what damping takes. To first
 order in both that is so where the work of the drive over a period, a function of its phase, equals
@@ -25,13 +26,14 @@ from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
-ORDERS = (1, 3, 5)
+ORDERS = (1, 2, 3, 5)
 TOLERANCE, STEPS = 1e-6, 60  # of a backbone, which is to lead near an orbit
 FARTHEST = 10.0  # factor between the linear frequency and one looked at
 ENOUGH = 0.8  # work by loss, to first order, from which an orbit is looked for
 PHASES = 48  # of the drive, of one of its periods
-TRIES = 3  # amplitudes of one stretch of a backbone from which an orbit is looked for
+TRIES = 4  # amplitudes spread over a stretch of a backbone from which orbits are looked for
 LARGEST = 1.5  # of the stiffness, that the forced response may add
+PASSED = 1.05  # linear frequency by the low end of a range: its resonance begins there
 LITTLE = 1e-14  # loss of a motion, by its energy, that is none
 
 
@@ -63,12 +65,16 @@ def stretches(system: ScaledSystem, omega: tuple[float, float], reach: float) ->
             linear = linear_mode(free, mode)
             if not _may_reach(free, *linear, low, high):
                 continue
-            if order == 1 and low / reach < linear[0] < high * reach:
-                continue
+            if order == 1 and low < PASSED * linear[0] and linear[0] < high:
+                continue  # the response from rest passes it
             limits = min(low, linear[0] / FARTHEST), max(high, 1.001 * linear[0])
             settings = Settings(tolerance=TOLERANCE, steps=STEPS)
             orbits = free_orbits(free, linear, limits, settings)
-            yield from _supported(system, orbits, order, omega)
+            if order == 2:  # at its tip a tongue is no small change of a free motion
+                width = _halfwidth(system, *linear)
+                orbits = [orbit for orbit in orbits if abs(orbit.rate - linear[0]) > width]
+            if orbits:
+                yield from _supported(system, orbits, order, omega)
 
 
 def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, high: float) -> bool:
@@ -83,6 +89,12 @@ def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, h
     return lowest < high and low < highest
 
 
+def _halfwidth(system: ScaledSystem, frequency: float, shape: Array) -> float:
+    """Of the tongue of a mode, in the frequency of the mode: p/(4 omega_0), p its modulation."""
+    tones = np.einsum("r,rlk,l->k", shape, system.parametric, shape)
+    return float(np.linalg.norm(tones)) / (4 * frequency)
+
+
 def _supported(
     system: ScaledSystem, orbits: list[Orbit], order: int, omega: tuple[float, float]
 ) -> Iterator[Stretch]:
@@ -94,9 +106,10 @@ def _supported(
     for run in np.split(good, np.flatnonzero(np.diff(good) > 1) + 1):
         if not len(run):
             continue
-        best = [run[int(margins[run].argmax())], run[len(run) // 2], run[0]]
+        spread = np.linspace(0, len(run) - 1, TRIES).round().astype(int)
+        best = [run[int(margins[run].argmax())], run[len(run) // 2], *run[spread]]
         starts = []
-        for place in dict.fromkeys(best[:TRIES]):
+        for place in dict.fromkeys(best):
             work, loss = balances[place]
             for phase in _phases(work, loss):
                 starts.append(_started(system, orbits[place], order, phase))

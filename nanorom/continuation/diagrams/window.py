@@ -8,15 +8,20 @@ past the resonances that may lean into the range, until it comes back or is far 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from nanorom.continuation.branches.series import Series
+from nanorom.continuation.branches.start import fixed_rate
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.record import Record
 from nanorom.continuation.orbits.orbit import Orbit, same_orbit
+from nanorom.errors import ContinuationError
 
 AT_END = 1e-9  # of the frequency at which a step leaves the range
+UNSTABLE = 1e-6  # of a multiplier beyond 1
+BEYOND = 1e-2  # of the frequency, past an orbit that is stable again
 
 
 class Window:
@@ -30,7 +35,8 @@ class Window:
     def begin(self, orbit: Orbit) -> bool:
         """Take note of an orbit reached from rest; whether it was not met before."""
         new = self.meet(orbit)
-        self.rest += [other for other in self.seen if _same(other, orbit)]
+        exact = self._corrected(orbit)
+        self.rest += [other for other in self.seen if _same(other, exact)]
         return new
 
     def meet(self, orbit: Orbit) -> bool:
@@ -38,10 +44,21 @@ class Window:
         edges = np.array(self.record.range)
         if np.abs(edges - orbit.omega).min() > AT_END * orbit.omega:
             return False
+        orbit = self._corrected(orbit)
         if any(_same(other, orbit) for other in self.seen):
             return False
         self.seen.append(orbit)
         return True
+
+    def _corrected(self, orbit: Orbit) -> Orbit:
+        """An orbit at an end of the range to all digits: a step's end has fewer of its phase."""
+        low, high = self.record.range
+        edge = low if abs(orbit.omega - low) < abs(orbit.omega - high) else high
+        there = replace(orbit, rate=edge / orbit.period_multiple)
+        try:
+            return self.tracer.solve(there, fixed_rate)[0]
+        except ContinuationError:  # at a fold: as it was
+            return orbit
 
     def pieces(self) -> Iterator[list[Series]]:
         """Steps of the branch inside the range that begin where it comes back."""
@@ -68,6 +85,30 @@ class Window:
             if count > 1:
                 why = f"{count} orbits at this end of the range; what joins them lies outside"
                 self.record.leave("window", edge, why)
+
+    def outside(self) -> Iterator[tuple[float, float]]:
+        """Ranges from an end at which the branch from rest is unstable to where it became so."""
+        low, high = self.record.range
+        for orbit in self.rest:
+            if not self._is_unstable(orbit):
+                continue
+            falls = orbit.omega < (low + high) / 2
+            reach = self.record.settings.reach
+            outer = (low / reach, low) if falls else (high, high * reach)
+            for series in self.tracer.follow(orbit, -1.0 if falls else 1.0, outer):
+                end = self.tracer.orbit(series, series.length)
+                if not self._is_unstable(end):
+                    beyond = end.omega * (1 - BEYOND if falls else 1 + BEYOND)
+                    yield (beyond, low) if falls else (high, beyond)
+                    break
+            else:
+                why = "unstable at this end of the range; what made it so was not found outside"
+                self.record.leave("window", low if falls else high, why)
+
+    def _is_unstable(self, orbit: Orbit) -> bool:
+        given = orbit.coefficients[None], np.array([orbit.rate])
+        found = self.record.floquet.multipliers(*given, orbit.period_multiple, self.tracer.support)
+        return bool(np.abs(found).max() > 1 + UNSTABLE)
 
     def _return(self, orbit: Orbit) -> Orbit | None:
         """Where the branch that leaves the range at an orbit comes back."""

@@ -83,6 +83,7 @@ class Orbit:
 
 SAME_ORBIT = 1e-6  # of an orbit
 REST = 1e-9  # size below which an orbit is at rest
+SHORTER = 1e-6  # of an orbit: parts below do not make its period longer
 
 
 def same_orbit(first: Orbit, second: Orbit, tolerance: float = SAME_ORBIT) -> bool:
@@ -95,6 +96,14 @@ def same_orbit(first: Orbit, second: Orbit, tolerance: float = SAME_ORBIT) -> bo
         if np.abs(moved - two).max(initial=0.0) < tolerance * scale:
             return True
     return False
+
+
+def is_shorter(orbit: Orbit) -> bool:
+    """Whether an orbit of period_multiple > 1 has the period of the drive after all."""
+    numbers = (np.arange(len(orbit.coefficients)) + 1) // 2
+    part = np.abs(orbit.coefficients[numbers % orbit.period_multiple != 0]).max(initial=0.0)
+    scale = max(np.abs(orbit.coefficients).max(initial=0.0), REST)
+    return orbit.period_multiple > 1 and bool(part <= SHORTER * scale)
 
 
 def orbit_state(orbit: Orbit) -> Array:

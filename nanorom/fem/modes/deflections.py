@@ -51,6 +51,13 @@ class Deflections:
             lambda parity, shapes: algebra.multiply(operators[parity], shapes[: self.n_owned])
         )
 
+    def momentum(self) -> np.ndarray:
+        """int m phi (L,) over the whole film, masses on it included. Collective."""
+        moved = algebra.multiply(self.mass, np.ones((self.n_owned, 1)))[:, 0]
+        total = self.film.domain.comm.allreduce(moved @ self.shapes[: self.n_owned])
+        even = np.array([parity == self.film.mirrors.even for parity in self.parities])
+        return np.asarray(self.film.mirrors.copies * even * total)
+
     def _products(self, force: Callable[[Parity, np.ndarray], np.ndarray]) -> np.ndarray:
         """Work (L, L) of the forces of all modes; different parities have none. Collective."""
         owned = self.shapes[: self.n_owned]

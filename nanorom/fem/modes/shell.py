@@ -10,7 +10,7 @@ import numpy as np
 import ufl
 
 from nanorom.errors import SolverError
-from nanorom.fem.models.shell import Shell
+from nanorom.fem.models.shell import Shell, split
 from nanorom.fem.modes import eigen
 from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.solvers import algebra, compat
@@ -56,6 +56,14 @@ class ShellModes:
         owned = self.states[:n]
         image = algebra.multiply(algebra.assemble(compat.form(form)), owned)
         return self.shell.domain.comm.allreduce(owned.T @ image)
+
+    def momentum(self) -> np.ndarray:
+        """int m u_z (n,) of the modes' displacement u, m the mass per area. Collective."""
+        shell = self.shell
+        u, _ = split(ufl.TestFunction(shell.space))
+        owned = self.states[: self.problem.free.n_owned]
+        lifted = algebra.assemble_vector(compat.form(u[2] * shell.dx()))
+        return np.asarray(shell.domain.comm.allreduce(lifted[: len(owned)] @ owned))
 
 
 def solve(shell: Shell, problem: StaticProblem, count: int) -> ShellModes:

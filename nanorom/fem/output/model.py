@@ -77,10 +77,11 @@ def assembled(scene: Scene, parts: Parts, told: dict[str, Any]) -> ReducedModel:
 
 @attrs.frozen
 class ModalProducts:
-    """Scaled integrals: Phi^T K Phi, int phi^2, int phi, int grad phi . grad phi."""
+    """Scaled integrals: Phi^T K Phi, int m phi^2, int m phi, int phi, int grad phi . grad phi."""
 
     stiffness: np.ndarray
     mass: np.ndarray
+    momentum: np.ndarray
     area: np.ndarray
     slope: np.ndarray
 
@@ -89,7 +90,9 @@ def modal_products(modes: Modes) -> ModalProducts:
     """Modal matrices from the assembled operators, patterns by quadrature. Collective."""
     mass = modes.modal(dict.fromkeys(modes.parities, modes.mass))
     area, slope = pattern_integrals(modes)
-    return ModalProducts(modes.modal_stiffness(), np.diag(mass).copy(), area, slope)
+    return ModalProducts(
+        modes.modal_stiffness(), np.diag(mass).copy(), modes.momentum(), area, slope
+    )
 
 
 def pattern_integrals(modes: Modes) -> tuple[np.ndarray, np.ndarray]:

@@ -32,14 +32,15 @@ QUARTERS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 class PolynomialWork(ModalWork):
     """Virtual work on L modes by their polynomials.
 
-    length, deflection: of the plate's units in m.  A point beside the film raises SceneError.
-    Collective.
+    length, deflection, mass: of the plate's units in m and kg.  A point beside the film raises
+    SceneError.  Collective.
     """
 
     modes: Modes
     products: ModalProducts
     length: float
     deflection: float
+    mass: float
 
     def uniform(self, pressure: float = 1.0) -> np.ndarray:
         return pressure * self.length**2 * self.products.area
@@ -52,32 +53,38 @@ class PolynomialWork(ModalWork):
             total += sign * (measure @ _values(modes, cells, reference))
         return self.length**2 * plate.domain.comm.allreduce(total)
 
-    def point(self, position: tuple[float, float], key: str) -> np.ndarray:
-        place = np.array(position) / self.length
-        flips, signs = (np.array(part) for part in zip(*_mirrored(self.modes)))
-        cells, reference = locate(self.modes.plate, flips * place)
-        here = cells >= 0
-        values = signs[here] * _values(self.modes, cells[here], reference[here])
-        found = np.concatenate(self.modes.plate.domain.comm.allgather(values))
-        if len(found) == 0:
+    def points(self, places: np.ndarray, weights: np.ndarray, key: str) -> np.ndarray:
+        plate, comm = self.modes.plate, self.modes.plate.domain.comm
+        total = np.zeros(self.modes.shapes.shape[1])
+        left = np.ones(len(places), dtype=bool)  # nobody has taken them yet
+        for flip, sign in _mirrored(self.modes):
+            cells, reference = locate(plate, flip * places / self.length)
+            holders = np.array(comm.allgather((cells >= 0) & left))
+            mine = holders[comm.rank] & (holders.argmax(axis=0) == comm.rank)
+            total += sign * (weights[mine] @ _values(self.modes, cells[mine], reference[mine]))
+            left &= ~holders.any(axis=0)
+        if left.any():
             raise SceneError(f"{key}: it is not on the film")
-        return found[0]
+        return comm.allreduce(total)
+
+    def inertia(self, acceleration: float = 1.0) -> np.ndarray:
+        return -acceleration * self.mass * self.products.momentum
 
     def stretch(self, tension: float = 1.0) -> np.ndarray:
         return -tension * self.products.slope
 
     @property
-    def gated(self) -> bool:
+    def _gated(self) -> bool:
         return self.modes.plate.state.attraction is not None
 
     def attraction(self) -> np.ndarray:
-        if not self.gated:
+        if not self._gated:
             return super().attraction()
         unit = VACUUM_PERMITTIVITY * (self.length / self.deflection) ** 2
         return unit * gate.products(self.modes, 1)
 
     def softening(self) -> np.ndarray:
-        if not self.gated:
+        if not self._gated:
             return super().softening()
         unit = VACUUM_PERMITTIVITY * self.length**2 / self.deflection**3
         return unit * gate.products(self.modes, 2)

@@ -87,7 +87,9 @@ class BeamRoute(Route):
             square=width * found.square[index],
         )
         shapes = _strip(found, index, width)
-        work = DrawnWork(shapes, width * found.area[index], width * found.slope[pick])
+        area = width * found.area[index]
+        momentum = beam.mass_per_length * found.area[index]
+        work = DrawnWork(shapes, area, width * found.slope[pick], momentum)
         return Parts(
             frequency=found.frequency[index],
             mass=found.mass[index],

@@ -323,7 +323,9 @@ class PlateRoute(Route):
         with watch.stage("patterns"):
             products = modal_products(modes)
             units = state.Units.of(scene, scales.length, scales.tension)
-            work = patterns.PolynomialWork(modes, products, scales.length, units.deflection)
+            work = patterns.PolynomialWork(
+                modes, products, scales.length, units.deflection, scales.mass
+            )
             made = reduced(work, scene.drive)
             warmth = heat.heat_of(scene, scales, modes, work)
             points, cells, values, static = on_triangulation(solution, scales)

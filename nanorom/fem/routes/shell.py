@@ -129,6 +129,8 @@ class ShellRoute(Route):
             slope = modes.products(shell.unit_tension_energy)
             area = integrals(shell, modes.modes.shapes)
             shapes = Shapes(points * scales.length, cells, values[:-1])
+            momentum = scales.mass * modes.momentum()
+            work = DrawnWork(shapes, scales.length**2 * area, slope, momentum)
         stiffness = np.diag(mass * modes.eigenvalues)
         # what the modes' tangential inertia does beyond the static condensation of STEP
         told["tangential_inertia"] = float(
@@ -142,7 +144,7 @@ class ShellRoute(Route):
             quadratic=scales.tension / scales.length * result.quadratic,
             cubic=scales.tension / scales.length**2 * result.cubic,
             outside_cubic=outside,
-            patterns=reduced(DrawnWork(shapes, scales.length**2 * area, slope), None),
+            patterns=reduced(work, None),
             shapes=shapes,
             static=static_state(scales.length * values[-1]),
             method=self.method(scene),

@@ -183,21 +183,34 @@ def _by_quantities(plan: Plan, solution: Solution) -> tuple[Arrays, dict[str, Ar
     if POISSON not in result:  # a membrane: its shapes do not depend on it
         zero = value.combined(np.zeros_like)
         result[POISSON] = attrs.evolve(zero, cubic=scales.cubic * permitted * by_nu)
-    return value, result | _scaling(value, _lengthened(plan, modes, products))
+    twice = _patterns(plan, modes, products, heavier=2.0)
+    # linear in the mass: exact
+    heavier = _minus(twice[0], drive), _minus(twice[1], parametric)
+    return value, result | _scaling(value, _lengthened(plan, modes, products), heavier)
+
+
+def _minus(first: dict[str, np.ndarray], second: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: array - second[name] for name, array in first.items()}
 
 
 Patterns = tuple[dict[str, np.ndarray], dict[str, np.ndarray]]  # direct (L,), parametric (L, L)
 
 
-def _scaling(value: Arrays, lengthened: Patterns) -> dict[str, Arrays]:
+def _scaling(value: Arrays, lengthened: Patterns, heavier: Patterns) -> dict[str, Arrays]:
     """Derivatives by ln E h, ln rho h and ln L, with which the arrays go by powers.
 
-    lengthened : those by ln L of the patterns.
+    lengthened, heavier : those by ln L and by ln rho h of the patterns.
     """
     nothing = value.combined(np.zeros_like)
     return {
         STRETCHING: attrs.evolve(nothing, cubic=value.cubic),
-        MASS: attrs.evolve(nothing, frequency=-0.5 * value.frequency, mass=value.mass),
+        MASS: attrs.evolve(
+            nothing,
+            frequency=-0.5 * value.frequency,
+            mass=value.mass,
+            drive=heavier[0],
+            parametric=heavier[1],
+        ),
         LENGTH: attrs.evolve(
             nothing,
             frequency=-value.frequency,
@@ -234,13 +247,14 @@ def _moved(modes: Modes, change: np.ndarray) -> Modes:
     return attrs.evolve(modes, shapes=modes.shapes + change)
 
 
-def _patterns(plan: Plan, modes: Modes, products: ModalProducts, longer: float = 1.0) -> Patterns:
-    """Patterns of shapes, in SI, on a film that is longer by a factor. Collective."""
+def _patterns(
+    plan: Plan, modes: Modes, products: ModalProducts, longer: float = 1.0, heavier: float = 1.0
+) -> Patterns:
+    """Patterns of shapes, in SI, on a film longer by a factor, or heavier by one. Collective."""
     area, slope = pattern_integrals(modes)
-    own = attrs.evolve(products, area=area, slope=slope)
-    length, units = (
-        plan.scales.length,
-        Units.of(plan.scene, plan.scales.length, plan.scales.tension),
-    )
-    work = patterns.PolynomialWork(modes, own, longer * length, units.deflection)
+    own = attrs.evolve(products, momentum=modes.momentum(), area=area, slope=slope)
+    scales = plan.scales
+    units = Units.of(plan.scene, scales.length, scales.tension)
+    mass = heavier * longer**2 * scales.mass
+    work = patterns.PolynomialWork(modes, own, longer * scales.length, units.deflection, mass)
     return reduced(work, plan.scene.drive)

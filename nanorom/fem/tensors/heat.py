@@ -22,6 +22,8 @@ from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import Parity, product_parity
 from nanorom.fem.tensors.equilibrium import Equilibrium
 
+EQUAL = 1e-6  # relative: largest and smallest value of an odd mode, to rounding
+
 
 @attrs.frozen(eq=False)
 class Conduction:
@@ -49,9 +51,7 @@ def conduction(modes: Modes, count: int) -> Conduction:
     """The ``count`` slowest thermal modes of the film, and what they do to modes. Collective."""
     plate = modes.plate
     found = eigen.solve(conducting(plate), count).take(np.arange(count))
-    local = np.abs(found.shapes).max(axis=0, initial=0.0)
-    largest = np.max(plate.domain.comm.allgather(local), axis=0)
-    found = attrs.evolve(found, shapes=found.shapes / largest)
+    found = attrs.evolve(found, shapes=found.shapes / _extreme(found))
     n = len(modes.parities)
     stiffness, force = np.zeros((n, n, count)), np.zeros((n, count))
     for parity in sorted(set(found.parities)):
@@ -59,6 +59,14 @@ def conduction(modes: Modes, count: int) -> Conduction:
         parts = _of_class(modes, found.shapes[:, own], parity)
         stiffness[:, :, own], force[:, own] = parts
     return Conduction(found, found.squares(), stiffness, force)
+
+
+def _extreme(modes: Modes) -> np.ndarray:
+    """Largest value (S,) of each mode by magnitude, the positive one of equals. Collective."""
+    own = modes.shapes.max(axis=0, initial=0.0), modes.shapes.min(axis=0, initial=0.0)
+    ranks = np.array(modes.plate.domain.comm.allgather(own))
+    high, low = ranks[:, 0].max(axis=0), ranks[:, 1].min(axis=0)
+    return np.where(high >= -(1 - EQUAL) * low, high, low)
 
 
 def _of_class(

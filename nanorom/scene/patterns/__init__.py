@@ -10,9 +10,19 @@ from nanorom.scene.patterns.modulation import PaperModulation, TensionModulation
 from nanorom.scene.patterns.pattern import DirectPattern, ParametricPattern, Pattern
 from nanorom.scene.patterns.point import Point
 from nanorom.scene.patterns.pressure import Pressure
+from nanorom.scene.patterns.shaking import Shaking
 from nanorom.scene.patterns.spot import Spot
+from nanorom.scene.patterns.wire import Wire
 
-_DIRECT: tuple[type[DirectPattern], ...] = (Pressure, Spot, Point, GateForce, Laser)
+_DIRECT: tuple[type[DirectPattern], ...] = (
+    Pressure,
+    Spot,
+    Point,
+    Shaking,
+    Wire,
+    GateForce,
+    Laser,
+)
 _PARAMETRIC: tuple[type[ParametricPattern], ...] = (
     TensionModulation,
     PaperModulation,

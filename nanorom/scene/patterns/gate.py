@@ -24,7 +24,6 @@ class GateForce(DirectPattern):
 
     name = "gate"
     unit = "V"
-    everywhere = False
 
     def force(self, work: VirtualWork[Force, Operator]) -> Force:
         return work.attraction()
@@ -36,7 +35,6 @@ class GateStiffness(ParametricPattern):
 
     name = "gate"
     unit = "V"
-    everywhere = False
 
     def stiffness(self, work: VirtualWork[Force, Operator], force: Force) -> Operator:
         return work.softening()

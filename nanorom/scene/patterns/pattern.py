@@ -27,6 +27,11 @@ NO_GATE = (
     "drive.voltage: the film has no gate, or its drive is not known here; allowed for a model that "
     "was reduced with load.voltage (it may be 0) and load.gap"
 )
+NO_MASS = "drive: the mass that a shaken frame drags along is not known here"
+
+
+class Absent(SceneError):
+    """A film, or what is known of it, has no such force."""
 
 
 class VirtualWork(ABC, Generic[Force, Operator]):
@@ -41,8 +46,15 @@ class VirtualWork(ABC, Generic[Force, Operator]):
         """Of a force per area that varies: int density phi dA."""
 
     @abstractmethod
-    def point(self, position: tuple[float, float], key: str) -> Force:
-        """Of one newton at (x, y) in m: phi there.  Raises SceneError by its key off the film."""
+    def points(self, places: Array, weights: Array, key: str) -> Force:
+        """Of forces (n,) in N at places (n, 2) in m: sum of weights phi there.
+
+        Raises SceneError by the key of one that is off the film.
+        """
+
+    def inertia(self, acceleration: float = 1.0) -> Force:
+        """Of the frame's acceleration in m/s^2: -int acceleration m phi dA, m the mass per area."""
+        raise Absent(NO_MASS)
 
     @abstractmethod
     def stretch(self, tension: float = 1.0) -> Operator:
@@ -52,18 +64,13 @@ class VirtualWork(ABC, Generic[Force, Operator]):
     def proportional(self, force: Force) -> Operator:
         """Of a force on each mode that its amplitude multiplies: diag(force)."""
 
-    @property
-    def gated(self) -> bool:
-        """A gate attracts the film."""
-        return False
-
     def attraction(self) -> Force:
         """Of a gate at 1 V^2 of half its square: int eps0/(g - h)^2 phi dA."""
-        raise SceneError(NO_GATE)
+        raise Absent(NO_GATE)
 
     def softening(self) -> Operator:
         """Of the same, its change with the deflection: int 2 eps0/(g - h)^3 phi phi dA."""
-        raise SceneError(NO_GATE)
+        raise Absent(NO_GATE)
 
 
 POSITION_KEY = "drive.position"
@@ -91,7 +98,6 @@ class Pattern(ABC):
 
     name: ClassVar[str]
     unit: ClassVar[str]  # of the level
-    everywhere: ClassVar[bool] = True  # on every film, else on those with a gate
 
     @classmethod
     def keys(cls) -> tuple[str, ...]:
@@ -110,7 +116,7 @@ class DirectPattern(Pattern):
 
     @abstractmethod
     def force(self, work: VirtualWork[Force, Operator]) -> Force:
-        """J on what does the work; raises SceneError for a place beside the film."""
+        """J on what does the work; raises SceneError for a place beside the film, or Absent."""
 
 
 @attrs.frozen
@@ -155,7 +161,7 @@ class Concentrated(DirectPattern):
     position: tuple[float, float] = attrs.field(metadata=POSITION)  # (x, y) in m
 
     def force(self, work: VirtualWork[Force, Operator]) -> Force:
-        return work.point(self.position, POSITION_KEY)
+        return work.points(np.array([self.position]), np.ones(1), POSITION_KEY)
 
 
 @attrs.frozen
@@ -164,7 +170,7 @@ class ParametricPattern(Pattern):
 
     @abstractmethod
     def stiffness(self, work: VirtualWork[Force, Operator], force: Force) -> Operator:
-        """P on what does the work, beside a direct pattern with its force at level 1."""
+        """P on what does the work, beside a direct pattern with its force at level 1; or Absent."""
 
     @classmethod
     def beside(cls, force: Array) -> Array | None:

@@ -123,5 +123,6 @@ def test_none_are_told_where_the_drive_is_too_weak() -> None:
 def test_the_upper_branch_of_a_resonance_far_below_the_range_is_found() -> None:
     diagram = explore(duffing(0.04), (3.1, 4.1), 2.0)
     upper = [b for b in diagram.branches if b.period_multiple == 1 and b.amplitude.max() > 3]
-    assert len(upper) == 1
-    assert upper[0].stable.all()
+    stable = [branch for branch in upper if branch.stable.any()]
+    assert len(stable) == 1
+    assert stable[0].stable.all()

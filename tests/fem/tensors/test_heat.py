@@ -150,6 +150,32 @@ def test_parametric_resonance_begins_where_the_delayed_modulation_says(model):
     assert doubled(1.02 * threshold) == 2
 
 
+def test_response_to_a_laser_is_of_the_modes_alone_in_memory_and_in_its_file(model, tmp_path):
+    """Temperatures are no deflections: nobody adds kelvins to metres."""
+    drive = Drive(laser="0.5 mW", **LASER | {"power": "0.5 mW"})
+    path = tmp_path / "response.h5"
+    warm = driven(model.with_damping(Damping(100)), drive).stiffness[0, 0]
+    doubled = np.sqrt(warm / model.mass[0]) / np.pi
+    sweep, damping = Sweep(0.9 * doubled, 1.1 * doubled), Damping(quality_factor=100)
+    found = nanorom.respond(model, drive, sweep, damping, processes=1, path=path)
+    read = nanorom.Response.load(path)
+    again = nanorom.respond(model, drive, sweep, damping, processes=1, path=path)
+    for response in (found, read, again):
+        (diagram,) = response.diagrams
+        assert len(diagram.branches) == 3 and len(diagram.points("PD")) == 2
+        for branch in diagram.branches:
+            assert branch.amplitude.shape == (len(branch), model.size)
+            assert all(orbit.shape[1] == model.size for orbit in branch.coefficients)
+        for point in diagram.special_points:
+            assert point.amplitude.shape == (model.size,) and point.state.shape == (2 * model.size,)
+            motion = point.orbit.coefficients
+            start = motion[0] + motion[1::2].sum(axis=0)
+            scale = np.abs(diagram.branches[1].amplitude).max()
+            assert point.state[: model.size] == pytest.approx(start, abs=1e-12 * scale)
+        assert "isola" in [left.kind for left in diagram.unexplored]
+    assert nanorom.plots.response_figure(read).axes
+
+
 def test_heat_pushes_a_film_that_a_gate_has_bent():
     """f is the virtual work of thermal stress: the slope of k along the static deflection."""
     scene = drum(load=Load(pressure="2 kPa"), accuracy=Accuracy(tolerance=1e-4))
