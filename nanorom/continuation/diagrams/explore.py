@@ -146,7 +146,7 @@ class _Explorer:
     def _subharmonic(self) -> None:
         """Branches of one, three and five periods of the drive that nothing leads to."""
         try:
-            for stretch in stretches(self.scaled, self.record.range, self.settings.reach):
+            for stretch in stretches(self.scaled, self.record.range):
                 if self.record.spent:
                     why = (
                         f"orbits of {stretch.order} period(s): not looked for, as said of branches"

@@ -49,10 +49,9 @@ class Stretch:
     starts: list[Orbit]
 
 
-def stretches(system: ScaledSystem, omega: tuple[float, float], reach: float) -> Iterator[Stretch]:
+def stretches(system: ScaledSystem, omega: tuple[float, float]) -> Iterator[Stretch]:
     """Where in a range of the drive's frequency such orbits may be found.
 
-    reach : factor beyond the range within which resonances are followed into it anyway
     Raises ContinuationError where a backbone cannot be followed.
     """
     if not system.nonlinear or len(system.massless):
