@@ -65,19 +65,15 @@ def stretches(system: ScaledSystem, omega: tuple[float, float]) -> Iterator[Stre
             linear = linear_mode(free, mode)
             if not _may_reach(free, *linear, low, high):
                 continue
-            if order == 1 and low < PASSED * linear[0] and linear[0] < high:
-                continue  # the response from rest passes it
+            if _is_passed(system, order, *linear, low, high):
+                continue
             # a backbone ends a little within the range, where its last orbit is then
             inner = WITHIN * (high - low)
             down = low + inner if linear[0] > low + inner else linear[0] / FARTHEST
             limits = down, max(high - inner, 1.001 * linear[0])
             settings = Settings(tolerance=TOLERANCE, steps=STEPS)
             orbits = free_orbits(free, linear, limits, settings)
-            if order == 2:  # at its tip a tongue is no small change of a free motion
-                width = _halfwidth(system, *linear)
-                orbits = [orbit for orbit in orbits if abs(orbit.rate - linear[0]) > width]
-            if orbits:
-                yield from _supported(system, orbits, order, omega)
+            yield from _supported(system, orbits, order, omega)
 
 
 def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, high: float) -> bool:
@@ -92,10 +88,15 @@ def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, h
     return lowest < high and low < highest
 
 
-def _halfwidth(system: ScaledSystem, frequency: float, shape: Array) -> float:
-    """Of the tongue of a mode, in the frequency of the mode: p/(4 omega_0), p its modulation."""
+def _is_passed(
+    system: ScaledSystem, order: int, frequency: float, shape: Array, low: float, high: float
+) -> bool:
+    """Whether the response from rest, in a range of the mode's frequency, meets what leads there:
+    its resonance, or a part of its tongue, whose half width is p/(4 omega_0), p its modulation.
+    """
     tones = np.einsum("r,rlk,l->k", shape, system.parametric, shape)
-    return float(np.linalg.norm(tones)) / (4 * frequency)
+    width = {1: PASSED - 1, 2: float(np.linalg.norm(tones)) / (4 * frequency**2)}.get(order, -1.0)
+    return low < (1 + width) * frequency and (1 - width) * frequency < high and width >= 0
 
 
 def _supported(
