@@ -3,7 +3,7 @@
 Every mode turns freely with its damping and its mean stiffness, which is known exactly; what is
 left of K, its coupling and its change in time, kicks the velocities between such turns. A kick
 costs one product of matrices where a step of a Taylor series (`variation`) costs two hundred of
-them; with few modes its many small steps cost more than that saves. Source: Blanes and Moan 2002,
+them; with few modes its many small steps take away what that saves. Source: Blanes and Moan 2002,
 doi:10.1016/S0377-0427(01)00492-7 (Runge-Kutta-Nystrom splitting of order 6 with 11 stages).
 """
 
