@@ -1,7 +1,6 @@
 """From a scene to its film: mesh, static state and named modes as for a reduction.
 
-A further kind of film is a further row here: the films of `nanorom.fem.routes` that are not here
-have no full-order orbits.
+A further kind of film is a further row here: one that is not here has no full-order orbits.
 """
 
 from __future__ import annotations
@@ -11,17 +10,19 @@ from collections.abc import Callable
 import numpy as np
 
 from nanorom.errors import SceneError
+from nanorom.fem.routes.beam import BeamRoute
+from nanorom.fem.routes.plate import PlateRoute
+from nanorom.fem.routes.registry import ROUTES, route_of
+from nanorom.fem.routes.route import Route
 from nanorom.scene.scene import Scene
 from nanorom.verification import beam, plate
 from nanorom.verification.assembled import Film
 
 LEAST_MORE, MOST_MORE = 8, 20  # named modes beyond the model's highest: as many as it has, within
 
-FILMS: dict[str, Callable[[Scene, int, float | None], Film]] = {
-    "auto": plate.assemble,
-    "membrane": plate.assemble,
-    "plate": plate.assemble,
-    "beam": beam.assemble,
+FILMS: dict[type[Route], Callable[[Scene, int, float | None], Film]] = {
+    PlateRoute: plate.assemble,
+    BeamRoute: beam.assemble,
 }
 
 
@@ -30,12 +31,14 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
 
     tolerance : of the mesh.  Raises SceneError for what is no film, SolverError as `reduce` does.
     """
-    kind = scene.plate.model
-    if kind not in FILMS:
-        allowed = " | ".join(FILMS)
-        raise SceneError(f"plate.model: found {kind}; allowed for full-order orbits: {allowed}")
+    made = FILMS.get(type(route_of(scene)))
+    if made is None:
+        allowed = " | ".join(name for name, route in ROUTES.items() if type(route) in FILMS)
+        raise SceneError(
+            f"plate.model: found {scene.plate.model}; allowed for full-order orbits: {allowed}"
+        )
     if scene.damping is None:
         raise SceneError("damping: missing section [damping], which a periodic orbit needs")
     if more is None:
         more = int(np.clip(scene.modes.highest, LEAST_MORE, MOST_MORE))
-    return FILMS[kind](scene, more, tolerance)
+    return made(scene, more, tolerance)
