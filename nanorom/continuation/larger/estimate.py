@@ -69,12 +69,24 @@ def estimate(larger: LargerSystem, point: Chosen) -> Estimate:
     except NewtonFailure:
         there, result = place, _lost(larger, point, first)
     if kind.turns:
-        return result
+        return _along(result)
     critical = kind.condition.nearest(point.multipliers)
     part = participation(larger, seen, there.x, there.rate, critical)
     part[larger.inside] = 0.0
     share = part / max(float(part.sum()), SMALLEST)
     return attrs.evolve(result, shares=result.shares + result.error * share)
+
+
+def _along(result: Estimate) -> Estimate:
+    """A fold's estimate, its shares those of the whole error.
+
+    Modes outside move a fold along its branch, too, and where that is flat by far more than they
+    move the branch, which is what the first correction sees.
+    """
+    total = float(result.shares.sum())
+    if not 0.0 < total < result.error:
+        return result
+    return attrs.evolve(result, shares=result.shares * (result.error / total))
 
 
 def _lost(larger: LargerSystem, point: Chosen, first: Correction) -> Estimate:

@@ -1,9 +1,10 @@
 """Names of modes: f_{p,m} on discs, (m,n) on rectangles.
 
 p counts nodal diameters, m nodal circles (the edge included), with c or s for cos(p theta) or
-sin(p theta); on rectangles (m,n) counts half-waves along x and y.  Names say what a shape is
-closest to: with unequal tensions a drum's shapes are no pure harmonics.  No two modes have one
-name, and near ones are numbered by name: which of them is the lower may be beyond any mesh.
+sin(p theta), and with a comma between p and m where one is above nine; on rectangles (m,n) counts
+half-waves along x and y.  Names say what a shape is closest to: with unequal tensions a drum's
+shapes are no pure harmonics.  No two modes have one name, and near ones are numbered by name: which
+of them is the lower may be beyond any mesh.
 """
 
 from __future__ import annotations
@@ -99,8 +100,7 @@ def name_drum(
     modes, keys = _sorted(modes, clusters(modes.eigenvalues, ranked), keys)
     if free:
         keys = [(p, circles, side) for (p, _, side), circles in zip(keys, _circles(keys))]
-    separator = "," if max(max(p, m) for p, m, _ in keys) > 9 else ""
-    return modes, [f"f{p}{separator}{m}{side}" for p, m, side in keys]
+    return modes, [f"f{p}{',' if max(p, m) > 9 else ''}{m}{side}" for p, m, side in keys]
 
 
 def _drum_keys(

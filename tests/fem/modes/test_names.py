@@ -30,6 +30,8 @@ def test_pairs_that_a_small_difference_of_tension_splits_keep_their_numbers():
     scene = attrs.evolve(known, modes=Modes(select=list(range(30, 61, 3))))
     rough, fine = (reduce_scene(scene.with_(tolerance=t)) for t in (1e-3, 1e-6))
     assert rough.label == fine.label
+    # f01 is f01, however many modes there are beside it; f10,1 is not f101
+    assert all(("," in name) == (sum(map(str.isdigit, name)) > 2) for name in fine.label)
     assert difference(rough, fine) < SAFE
     apart = np.diff(fine.frequency) / fine.frequency[1:]
     assert apart.min() > -1e-5  # ranked by name where they are closer
