@@ -23,6 +23,7 @@ from nanorom.verification.preconditioner import Border
 from nanorom.verification.problem import Problem, pose
 from nanorom.verification.stability import Stability
 
+VERIFIED = 1e-6  # residual by the drive: errors are told to 1e-5 at best, more digits are dear
 
 @attrs.frozen(eq=False)
 class Comparison:
@@ -87,7 +88,7 @@ def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, 
     left = np.inf
     for border in borders:
         try:
-            found = correct(problem.model, problem.start, problem.rate, border)
+            found = correct(problem.model, problem.start, problem.rate, border, VERIFIED)
         except NoOrbitError as error:
             left = min(left, error.residual)
         else:

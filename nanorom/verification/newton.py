@@ -23,6 +23,7 @@ FORCING = 1e-2, 1e-3  # of the residual that the first, and a later correction m
 SAFE = 0.3  # of what is still wanted, that a last correction leaves
 MOST_DIRECTIONS = 60  # of a step, far more than a good start takes
 NEAR = 0.1  # residual by the drive below which a preconditioner serves the next step
+MANY = 12  # directions of a step after which the next gets a preconditioner of its own
 ESTIMATED = 4  # directions for an estimate
 GROWTH = 1e3  # of the residual: beyond that nothing is near
 
@@ -102,6 +103,8 @@ def correct(
         asked = max(FORCING[min(step, 1)], SAFE * tolerance / size)
         change, by_rate, used = system.solve(-residual, asked, MOST_DIRECTIONS)
         preconditioner, known = system.preconditioner, system.known
+        if used > MANY:
+            preconditioner = None
         evaluations += used
         share = 1.0
         for _ in range(MOST_HALVINGS + 1):

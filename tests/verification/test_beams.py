@@ -8,6 +8,7 @@ from scipy.special import ellipk
 import nanorom
 from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.verification.assemble import assemble
+from nanorom.verification.compare import VERIFIED
 from nanorom.verification.driven import DrivenFilm
 
 LENGTH, WIDTH, THICKNESS, DENSITY = 1e-3, 24e-6, 1e-5, 2320.0
@@ -42,7 +43,7 @@ def peak(scene):
     kept = attrs.evolve(diagram, special_points=[fold])
     table = nanorom.verify(scene, attrs.evolve(response, diagrams=(kept,)), points=2)
     row = table.type.index("LP")
-    assert table.residual[row] < 1e-8
+    assert table.residual[row] <= VERIFIED
     return model, table, row
 
 
