@@ -180,5 +180,6 @@ def _zero(
             return a - critical([a], precise)[0] / slope
         before, a = here, a + change
         here = critical([a])[0]
-        slope = (here - before) / change
+        if abs(change) > step:  # of a smaller one, the multipliers' errors are a part
+            slope = (here - before) / change
     return a
