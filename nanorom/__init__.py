@@ -32,6 +32,13 @@ if TYPE_CHECKING:
     from nanorom.scene.load import Load
     from nanorom.scene.mass import AddedMass
     from nanorom.scene.material import Gas, Material
+    from nanorom.scene.outlines import (
+        DiscRegion,
+        PolygonRegion,
+        RectangleRegion,
+        RingRegion,
+        SurfaceRegion,
+    )
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
@@ -68,6 +75,13 @@ _HOMES = {
     "scene.load": ("Load",),
     "scene.mass": ("AddedMass",),
     "scene.material": ("Gas", "Material"),
+    "scene.outlines": (
+        "DiscRegion",
+        "PolygonRegion",
+        "RectangleRegion",
+        "RingRegion",
+        "SurfaceRegion",
+    ),
     "scene.scene": (
         "Accuracy",
         "Modes",
@@ -97,6 +111,7 @@ __all__ = [
     "AddedMass",
     "Damping",
     "Disc",
+    "DiscRegion",
     "Drive",
     "Edge",
     "Excitation",
@@ -112,10 +127,13 @@ __all__ = [
     "NanoromError",
     "PlaneSpring",
     "Plate",
+    "PolygonRegion",
     "Rectangle",
+    "RectangleRegion",
     "ReducedModel",
     "Reduction",
     "Response",
+    "RingRegion",
     "Scene",
     "Sensitivity",
     "Shapes",
@@ -124,6 +142,7 @@ __all__ = [
     "String",
     "Study",
     "Support",
+    "SurfaceRegion",
     "Sweep",
     "Tension",
     "Verified",

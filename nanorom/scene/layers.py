@@ -123,6 +123,12 @@ class Stack:
         return self._sum(lambda layer: 1.0)
 
     @property
+    def bending_ratio(self) -> float:
+        """Poisson's ratio of its bending about the neutral plane."""
+        held = self._sum(lambda layer: layer.poisson_ratio * layer.stiffness, 2, self.neutral)
+        return held / self._sum(_stiffness, 2, self.neutral)
+
+    @property
     def moment(self) -> float:
         """Of the stress about the neutral plane in N: edges that are not clamped would bow."""
         return self._sum(lambda layer: layer.stress, 1, self.neutral)
@@ -154,16 +160,19 @@ class Stack:
             raise units.wrong("plate.model", plate.model, "plate beside [[layer]]")
         return plate
 
-    def check(self, kinds: Iterable[Kind]) -> None:
-        """Raise SceneError for edges at which the uniform film is not the stack."""
-        if all(kind == "clamped" for kind in kinds):
+    def check(self, kinds: Iterable[Kind], parted: bool = False) -> None:
+        """Raise SceneError for edges, of regions too, at which the uniform film is not the stack."""
+        held = all(kind == "clamped" for kind in kinds)
+        if held and not parted:
             return
         first = self.layers[0].poisson_ratio
         if any(abs(layer.poisson_ratio - first) > ALIKE for layer in self.layers):
             raise SceneError(
-                "layer.poisson_ratio: found several beside an edge that is not clamped; allowed "
-                "there: one for all layers"
+                "layer.poisson_ratio: found several beside an edge that is not clamped, or beside "
+                "[[region]]; allowed there: one for all layers"
             )
+        if held:
+            return
         size = self._sum(lambda layer: abs(layer.stress)) * self.thickness
         if abs(self.moment) > ALIKE * size:
             raise SceneError(

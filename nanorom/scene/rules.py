@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.parted import check_regions
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
 
@@ -29,6 +30,7 @@ def check_film(scene: Scene) -> None:
         )
     _check_material(scene)
     _check_masses(scene)
+    check_regions(scene)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "

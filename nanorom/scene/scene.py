@@ -40,6 +40,15 @@ from nanorom.scene.layers import Stack
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
+from nanorom.scene.outlines import (
+    DiscRegion,
+    PolygonRegion,
+    RectangleRegion,
+    RingRegion,
+    SurfaceRegion,
+)
+from nanorom.scene.pads import Bare, read_regions
+from nanorom.scene.region import Region
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
 from nanorom.scene.rules import check_film, check_source
 from nanorom.scene.support import (
@@ -57,6 +66,7 @@ __all__ = [
     "AddedMass",
     "Damping",
     "Disc",
+    "DiscRegion",
     "Drive",
     "Edge",
     "Gas",
@@ -66,12 +76,17 @@ __all__ = [
     "Modes",
     "PlaneSpring",
     "Plate",
+    "PolygonRegion",
     "Rectangle",
+    "RectangleRegion",
     "Reduction",
+    "Region",
+    "RingRegion",
     "Scene",
     "Spring",
     "String",
     "Support",
+    "SurfaceRegion",
     "Sweep",
     "Tension",
 ]
@@ -126,6 +141,7 @@ class Scene(metaclass=_Loaded):
     )
     accuracy: Accuracy = attrs.field(default=Accuracy(), metadata=_section("accuracy", Accuracy))
     masses: tuple[AddedMass, ...] = attrs.field(default=(), metadata=_sections("mass", AddedMass))
+    regions: tuple[Region, ...] = attrs.field(default=(), metadata=_sections("region", Region))
     load: Load | None = attrs.field(default=None, metadata=_section("load", Load))
     gas: Gas | None = attrs.field(default=None, metadata=_section("gas", Gas))
     damping: Damping | None = attrs.field(metadata=_section("damping", Damping) | v.OPTIONAL)
@@ -262,6 +278,7 @@ class Scene(metaclass=_Loaded):
             table["initial_shape"] = str(Path(directory) / table["initial_shape"])
         plate = stack.plate(table) if stack else v.from_table(Plate, "plate", table)
         given: dict[str, Any] = {"plate": plate, **(stack.film() if stack else {})}
+        regions = document.pop("region", ())
         for name, table in document.items():
             if name == "geometry":
                 given[name] = read_geometry(table, Path(directory))
@@ -276,9 +293,10 @@ class Scene(metaclass=_Loaded):
                 given[keys[name].name] = tuple(read)
             else:
                 given[name] = v.from_table(_CLASSES[name], name, table)
-        scene = cls(**given)
+        bare = Bare.of(stack, plate, given.get("material"), given.get("tension"))
+        scene = cls(**given, regions=read_regions(regions, bare))
         if stack:
-            stack.check(scene.supports.values())
+            stack.check(scene.supports.values(), parted=bool(regions))
         return scene
 
     def with_(

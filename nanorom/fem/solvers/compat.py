@@ -133,6 +133,15 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
 _known_spaces: dict[tuple[int, int, int], tuple[Any, Any, Any]] = {}
 
 
+def constants_space(mesh: Any) -> Any:
+    """Scalar space of one value per cell."""
+    if _basix_ufl is not None:
+        element = _basix_ufl.element("Lagrange", "triangle", 0, discontinuous=True)
+        return _compiled(mesh.comm, partial(fem.functionspace, mesh, element))
+    element = ufl.FiniteElement("DG", mesh.ufl_cell(), 0)
+    return _compiled(mesh.comm, partial(fem.FunctionSpace, mesh, element))
+
+
 def interpolation_matrix(coarse: Any, fine: Any) -> Any:
     """Matrix from a function's coefficients in one space to those in a larger one. Collective."""
     python = getattr(_petsc, "interpolation_matrix", None)
