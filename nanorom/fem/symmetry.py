@@ -35,9 +35,7 @@ class Mirrors:
         if scene.tension.xy or not elasticity.is_aligned(scene.material.law):
             return cls()
         lies = [[each == 0 for each in mass.position] for mass in scene.masses]
-        lies += [
-            [m and not region.sheared for m in region.mirrored] for region in scene.regions
-        ]
+        lies += [[m and not region.sheared for m in region.mirrored] for region in scene.regions]
         on = [axis for i, axis in enumerate(AXES) if all(mirrored[i] for mirrored in lies)]
         if isinstance(scene.geometry, Disc):
             return cls(AXES if len(on) == len(AXES) else ())  # its mesh has a quarter or all of it

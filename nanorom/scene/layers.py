@@ -161,7 +161,7 @@ class Stack:
         return plate
 
     def check(self, kinds: Iterable[Kind], parted: bool = False) -> None:
-        """Raise SceneError for edges, of regions too, at which the uniform film is not the stack."""
+        """Raise SceneError for edges at which the uniform film is not the stack, of parts too."""
         held = all(kind == "clamped" for kind in kinds)
         if held and not parted:
             return

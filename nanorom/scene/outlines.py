@@ -197,7 +197,8 @@ class SurfaceRegion(Region):
 
 
 REGIONS: dict[str, type[Region]] = {
-    cls.shape: cls for cls in (DiscRegion, RingRegion, RectangleRegion, PolygonRegion, SurfaceRegion)
+    cls.shape: cls
+    for cls in (DiscRegion, RingRegion, RectangleRegion, PolygonRegion, SurfaceRegion)
 }
 
 

@@ -87,8 +87,10 @@ def _read(table: Any, film: Bare | None) -> Region:
             if name in given:
                 raise SceneError(f"region.{name}: found beside {key}, of which it follows")
         if film is None:
-            raise SceneError(f"{key}: found on a crystal or beside material.bending; allowed: keys "
-                             "of the region itself")
+            raise SceneError(
+                f"{key}: found on a crystal or beside material.bending; allowed: keys "
+                "of the region itself"
+            )
         depth = 0.0 if etched is None else v.read_quantity(etched, "m", "region.etched", v.POSITIVE)
         given |= film.with_(depth, _layers(layers))
     return v.from_table(cls, "region", given)
@@ -114,7 +116,8 @@ def _etched(layers: tuple[Layer, ...], depth: float) -> list[Layer]:
     whole = sum(layer.thickness for layer in layers)
     if not depth < whole:
         raise SceneError(
-            f"region.etched: found {depth:g} m; allowed: less than the film's thickness, {whole:g} m"
+            f"region.etched: found {depth:g} m; allowed: less than the film's thickness, "
+            f"{whole:g} m"
         )
     left = list(layers)
     while depth >= left[-1].thickness:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from nanorom.scene.scene import Scene
 
 TOUCH = 1e-9  # of the film's size: outlines nearer than that are one
+FILM = ("thickness", "youngs_modulus", "poisson_ratio", "density", "bending", "tension", "loss")
 CRYSTAL = ("youngs_modulus", "poisson_ratio", "bending_ratio")
 
 
@@ -31,6 +32,11 @@ def check_regions(scene: Scene) -> None:
         raise SceneError(
             "material.expansion: found beside [[region]]; allowed there: no expansion, as heat "
             "does not know of regions"
+        )
+    if scene.load is not None and scene.load.stress is not None:
+        raise SceneError(
+            "load.stress: found beside [[region]], whose thicknesses differ; allowed there: "
+            "tension and region.tension"
         )
     if not scene.flat and any(region.loss is not None for region in scene.regions):
         raise SceneError(
@@ -49,7 +55,12 @@ def check_regions(scene: Scene) -> None:
 
 def _check_one(scene: Scene, region: Region, number: int) -> None:
     """One region by itself."""
-    geometry = scene.geometry
+    geometry, said = scene.geometry, [getattr(region, key) for key in FILM]
+    if all(value is None for value in said):
+        raise SceneError(
+            f"region: found number {number}, a {region.shape} that says nothing of its film; "
+            f"allowed: any of {', '.join(FILM)}"
+        )
     surface = isinstance(region, SurfaceRegion)
     if surface and not isinstance(geometry, MeshFile):
         raise SceneError(

@@ -225,7 +225,8 @@ class Scene(metaclass=_Loaded):
     @property
     def bends_with_loss(self) -> bool:
         """Bending takes energy out of every mode."""
-        return self.material.lossy and self.plate.bends is not False
+        lossy = self.material.lossy or any(region.loss for region in self.regions)
+        return lossy and self.plate.bends is not False
 
     @property
     def supports(self) -> dict[str, Kind]:

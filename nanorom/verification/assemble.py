@@ -141,6 +141,8 @@ def check(scene: Scene) -> None:
     check_of_plates(scene, "full-order orbits")
     if any(isinstance(kind, Edge) or kind == "free" for kind in scene.support.kinds):
         _check_edges(scene)
+    if scene.regions:
+        raise SceneError("region: found; full-order orbits are those of one film without regions")
     if scene.damping is None:
         raise SceneError("damping: missing section [damping], which a periodic orbit needs")
 

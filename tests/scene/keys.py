@@ -16,7 +16,9 @@ from nanorom.scene.layers import Layer
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
+from nanorom.scene.outlines import REGIONS
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
+from nanorom.scene.region import Region
 from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
@@ -35,6 +37,8 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "accuracy": Accuracy,
     "layer": Layer,
     "mass": AddedMass,
+    "region": Region,
+    **{f"region, {name}": kind for name, kind in REGIONS.items()},
     "load": Load,
     "gas": Gas,
     "damping": Damping,
@@ -78,8 +82,11 @@ def table(head, rows) -> str:
 
 
 def keys(section: str) -> str:
-    head = ("key", "unit", "if left out", "allowed", "meaning")
-    return table(head, map(row, fields(SECTIONS[section])))
+    head, found = ("key", "unit", "if left out", "allowed", "meaning"), fields(SECTIONS[section])
+    if section.startswith("region, "):  # those of all regions stand in a table of their own
+        every = attrs.fields_dict(Region)
+        found = [field for field in found if field.name not in every]
+    return table(head, map(row, found))
 
 
 def patterns() -> str:

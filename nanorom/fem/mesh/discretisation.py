@@ -32,10 +32,11 @@ from nanorom.scene.support import Kind, Spring, deflection_of
 DEGREE = 8
 WAVES = (2.66, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
 RATE = 14.0  # at which errors fall with the size
-POINT_RATE = 7.0  # the same of a shape's own value, which counts where its peak is at a free edge
+POINT_RATE = 7.0  # of a shape's own value, which counts at a free edge and where films differ
 RECTANGLE = 0.85  # of a drum's cells: those of a rectangle, whose peaks are where cells are largest
 COARSEST = 1.0  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
+FEWEST = 2  # cells per quadrant of a ring
 OUTERMOST = 4.0  # of the layer: width of the cells at the edge at tolerance 1e-6
 OUTERMOST_RATE = 7.4  # at which errors fall with that width
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
@@ -109,7 +110,7 @@ def _corners(scene: Scene, length: float, tolerance: float | None) -> Corners | 
         (mass.position[0] / length, mass.position[1] / length, mass.radius / length)
         for mass in scene.masses
     )
-    points += corners_of(scene.regions, length)
+    points += corners_of(scene, length, Mirrors.of(scene))
     return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance, points)
 
 
@@ -131,7 +132,8 @@ def _rate(scene: Scene) -> float:
     kinds = list(scene.supports.values())
     if isinstance(scene.geometry, MeshFile):
         kinds = list(scene.support.named.values()) or [scene.support.default]
-    return POINT_RATE if "free" in map(deflection_of, kinds) else RATE
+    pointwise = "free" in map(deflection_of, kinds) or scene.regions
+    return POINT_RATE if pointwise else RATE
 
 
 def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:
@@ -179,16 +181,9 @@ def _disc(
     radii = np.concatenate([[0.0], core, uniform, inner + np.cumsum(shrinking)])
     radii[-1] = 1.0
     polar = spot if len(core) else min(inner, radii[-2])
-    return _rings(radii[1:], degree, order, size, mirrors, polar)
-
-
-def _rings(
-    radii: np.ndarray, degree: int, order: int, size: float, mirrors: Mirrors, polar: float
-) -> Discretisation:
-    """Rings with as many sectors as there are rings inside them, up to what the size asks for."""
     at_most = int(np.ceil(GROWTH * np.ceil(1 / size - 1e-9)))
-    sectors = [min(int(np.ceil(GROWTH * ring)), at_most) for ring in range(1, len(radii) + 1)]
-    disc = Rings(tuple(radii), tuple(sectors), 4 // mirrors.copies, polar)
+    sectors = [min(int(np.ceil(GROWTH * ring)), at_most) for ring in range(1, len(radii))]
+    disc = Rings(tuple(radii[1:]), tuple(sectors), 4 // mirrors.copies, polar)
     return Discretisation(disc, degree, order, mirrors)
 
 
@@ -206,10 +201,14 @@ def _parted_disc(
     if tolerance is not None:
         at_edge = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
     ends = [0.0, *circles, 1.0]
-    rows = [_row(low, high, size, at_edge if low else at_edge[:0], at_edge)
-            for low, high in pairwise(ends)]
+    rows = [
+        _row(low, high, size, at_edge if low else at_edge[:0], at_edge)
+        for low, high in pairwise(ends)
+    ]
     radii = np.concatenate([row[1:] for row in rows])
-    return _rings(radii, degree, order, size, mirrors, min(circles[0], radii[0]))
+    sectors = [max(FEWEST, int(np.ceil(GROWTH * radius / size - 1e-9))) for radius in radii]
+    disc = Rings(tuple(radii), tuple(sectors), 4 // mirrors.copies, circles[0])
+    return Discretisation(disc, degree, order, mirrors)
 
 
 def _row(low: float, high: float, size: float, first: np.ndarray, last: np.ndarray) -> np.ndarray:
@@ -286,7 +285,7 @@ def _rectangle(
         n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
         widths = np.concatenate([low[::-1], np.full(n_inner, inner / n_inner), high])
         lines[axis] = np.concatenate([[0.0], np.cumsum(widths)]) + start
-        edges = [edge for edge in lines_of(scene.regions, length, axis) if edge > start]
+        edges = lines_of(scene.regions, length, axis, (start, side / 2))
         if edges:
             inside = _end_rows("clamped", min(size, side / 2), layer, tolerance)
             ends = [start, *edges, side / 2]

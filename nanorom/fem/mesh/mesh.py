@@ -25,7 +25,8 @@ from nanorom.fem.symmetry import Mirrors
 class Domain:
     """A distributed mesh and its boundary: physical curve -> local facet numbers.
 
-    surfaces: physical surface -> which local cells (c,) are of it; across: the ranks that hold the same part of it in other groups of ranks.
+    surfaces: physical surface -> which local cells (c,) are of it; across: the ranks that hold the
+    same part of it in other groups of ranks.
     """
 
     mesh: Any

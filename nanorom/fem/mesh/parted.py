@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from nanorom.fem.mesh.cut import Piece
-from nanorom.fem.symmetry import AXES
-from nanorom.scene.geometry import Disc, Geometry, Rectangle
+from nanorom.fem.symmetry import AXES, Mirrors
+from nanorom.scene.geometry import Disc, Geometry, MeshFile, Rectangle
 from nanorom.scene.outlines import DiscRegion, RectangleRegion
 from nanorom.scene.region import Region
 from nanorom.scene.scene import Scene
@@ -28,10 +28,13 @@ def radii(regions: Sequence[Region], length: float) -> tuple[float, ...]:
     return _apart([r for r in found if r < 1 - ALIKE])
 
 
-def lines_of(regions: Sequence[Region], length: float, axis: str) -> tuple[float, ...]:
-    """Places along an axis where rectangles end."""
-    number = AXES.index(axis)
-    return _apart([corner[number] / length for region in regions for corner in region.corners])
+def lines_of(
+    regions: Sequence[Region], length: float, axis: str, between: tuple[float, float]
+) -> tuple[float, ...]:
+    """Places along an axis where rectangles end, between two."""
+    number, (low, high) = AXES.index(axis), between
+    found = [corner[number] / length for region in regions for corner in region.corners]
+    return _apart([x for x in found if low + ALIKE < x < high - ALIKE])
 
 
 def _apart(places: Sequence[float]) -> tuple[float, ...]:
@@ -43,11 +46,17 @@ def _apart(places: Sequence[float]) -> tuple[float, ...]:
     return tuple(found)
 
 
-def corners_of(regions: Sequence[Region], length: float) -> tuple[tuple[float, float, float], ...]:
-    """Corners inside the film, towards which cells shrink to no radius."""
-    return tuple(
-        (x / length, y / length, 0.0) for region in regions for x, y in region.corners
-    )
+def corners_of(
+    scene: Scene, length: float, mirrors: Mirrors
+) -> tuple[tuple[float, float, float], ...]:
+    """Corners inside the part that is meshed, towards which cells shrink to no radius."""
+    geometry, grown = scene.geometry, 1 + ALIKE
+    found = {corner for region in scene.regions for corner in region.corners}
+    if not isinstance(geometry, MeshFile):
+        found = {(x, y) for x, y in found if geometry.holds((grown * x, grown * y))}
+    cut = [axis in mirrors.axes for axis in AXES]
+    found = {c for c in found if all(each >= 0 for each, half in zip(c, cut) if half)}
+    return tuple((x / length, y / length, 0.0) for x, y in sorted(found))
 
 
 def piece(geometry: Geometry, length: float) -> Piece:

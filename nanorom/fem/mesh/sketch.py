@@ -62,9 +62,7 @@ class Sketch:
 
     def _of_order(self, order: int, name: str) -> MeshData:
         if order == 1:
-            return MeshData(
-                self.points, self.triangles, 1, facets_of(self.curves), self.surfaces
-            )
+            return MeshData(self.points, self.triangles, 1, facets_of(self.curves), self.surfaces)
         cells, n_nodes = curved.number_nodes(self.triangles, len(self.points), order)
         vertices = self.points[self.triangles]
         on_curves = _by_cell(self.triangles, dict(self._curved_edges(order)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 
 import attrs
@@ -9,7 +10,7 @@ import numpy as np
 import ufl
 from mpi4py import MPI
 
-from nanorom.errors import SceneError
+from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation, dofs_of
 from nanorom.fem.models.added_mass import PointMass
@@ -28,6 +29,7 @@ from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_p
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
 SOFTEST, STIFFEST = 1e-3, 1e9  # springs by the film's own stiffness: beyond lies rounding
+ALIKE = 1e-9  # of the thickness: planes nearer than that are one
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
 
 
@@ -92,6 +94,16 @@ def parted(plate: Plate, scene: Scene, scales: Scales) -> Plate:
     sections = [
         Section.of(region, scene.plate, scene.material, scene.tension) for region in scene.regions
     ]
+    steps = [abs(region.offset) for region in scene.regions]
+    if plate.bending and max(steps) > ALIKE * scene.plate.thickness:
+        number = steps.index(max(steps))
+        step = scene.regions[number].offset
+        warnings.warn(
+            f"region {number + 1}: its neutral plane lies {step:.3g} m above the film's; that "
+            "step, which couples bending with stretching, is left out",
+            AccuracyWarning,
+            stacklevel=2,
+        )
     which = located(plate, scene.regions, scales.length)
     patchwork = Patchwork.of(plate, which, sections, scene.material.loss)
     bare = np.array([scene.tension.x, scene.tension.y, scene.tension.xy])

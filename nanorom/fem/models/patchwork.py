@@ -39,7 +39,9 @@ class Patchwork:
     loss: np.ndarray
 
     @classmethod
-    def of(cls, plate: Any, which: np.ndarray, sections: Sequence[Section], loss: float) -> Patchwork:
+    def of(
+        cls, plate: Any, which: np.ndarray, sections: Sequence[Section], loss: float
+    ) -> Patchwork:
         """Of a plate in so many sections beside itself; loss : of the film itself."""
         known = plate.stiffness
         return cls(

@@ -207,9 +207,9 @@ def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) 
     values, axes = np.linalg.eigh(plate.state.tensor)
     tension = (axes * (np.abs(values) + stiffening)) @ axes.T
     bending = plate.stiffness.bending if plate.bending else 0.0
-    stiffest = np.full(len(dofs), elasticity.stiffest(plate.stiffness.bending_law))
+    stiffest = np.full(len(dofs), bending * elasticity.stiffest(plate.stiffness.bending_law))
     if plate.patchwork is not None:
-        stiffest = plate.patchwork.stiffest[plate.patchwork.which[: len(dofs)]]
+        stiffest = bending * plate.patchwork.stiffest[plate.patchwork.which[: len(dofs)]]
     tails = np.zeros((3, deflections.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         slopes = np.einsum("c,de,cad,cbe->cab", area, tension, inverse, inverse)
@@ -219,7 +219,7 @@ def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) 
             turned = np.einsum("cad,cbe->cdeab", inverse, inverse)
             xx, xy, yx, yy = np.moveaxis(turned.reshape(len(cells), 4, 4), 2, 0)
             turned = np.stack([xx, xy + yx, yy], axis=2)
-            curvatures = np.einsum("c,cka,ckb->cab", bending * stiffest[cells] * area, turned, turned)
+            curvatures = np.einsum("c,cka,ckb->cab", stiffest[cells] * area, turned, turned)
         factor = _orthonormal(plate.degree, slopes, curvatures)
         tails += _tails(plate.degree, factor, deflections[dofs[cells]])
     return tails

@@ -11,6 +11,20 @@ from nanorom.fem.modes.eigen import Modes
 from nanorom.scene.elasticity import Law
 
 
+def lost(modes: Modes, loss: float) -> np.ndarray:
+    """Bending's stiffness (L, L), each place's times its E''/E'. Collective.
+
+    loss : outside regions.
+    """
+    plate = modes.plate
+    patchwork = plate.patchwork
+    if patchwork is None:
+        return loss * stiffness(modes)
+    moments = patchwork.moments * patchwork.loss[:, None, None]
+    film = attrs.evolve(plate, patchwork=attrs.evolve(patchwork, moments=moments))
+    return stiffness(attrs.evolve(modes, film=film))
+
+
 def stiffness(modes: Modes, law: Law | None = None) -> np.ndarray:
     """int kappa_r : D : kappa_s (L, L) of the modes, scaled as their stiffness. Collective.
 

@@ -23,14 +23,15 @@ THIN = 0.1  # h by thermal lengths up to which the series of Zener's function ha
 class Motion:
     """What losses of L modes follow from, in SI.
 
-    frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L,) N/m: the part of
-    bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
-    bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2.
+    frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; lossy (L,) N/m: the part of
+    bending and of linear stretching, each place's times its E''/E'; dilated (L,) N/m: see
+    `dilated`, of a strip that is free to bend across E I int kappa^2; mass (L,) kg; square (L,)
+    m^2, int phi^2.
     """
 
     frequency: np.ndarray
     stiffness: np.ndarray
-    strained: np.ndarray
+    lossy: np.ndarray
     dilated: np.ndarray
     mass: np.ndarray
     square: np.ndarray
@@ -42,9 +43,9 @@ class Motion:
 
 
 def material(scene: Scene, motion: Motion) -> np.ndarray | None:
-    """Loss factor of the modulus times the share of energy that the material stores."""
-    loss = scene.material.loss
-    return loss * motion.strained / motion.stiffness if loss else None
+    """Loss factors of the modulus, each times the share of energy that its material stores."""
+    losses = [scene.material.loss, *(region.loss or 0.0 for region in scene.regions)]
+    return motion.lossy / motion.stiffness if any(losses) else None
 
 
 def thermoelastic(scene: Scene, motion: Motion) -> np.ndarray | None:

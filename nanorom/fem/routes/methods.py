@@ -146,12 +146,13 @@ def lost(
     """
     if not scene.lossy:
         return {}
-    strained = bending.stiffness(modes) + stretching
+    loss = scene.material.loss
+    lossy = bending.lost(modes, loss) + loss * stretching
     dilated = bending.stiffness(modes, losses.dilated(scene))
     motion = losses.Motion(
         frequency=scales.frequency(modes.eigenvalues),
         stiffness=scales.tension * np.diag(products.stiffness + stretching),
-        strained=scales.tension * np.diag(strained),
+        lossy=scales.tension * np.diag(lossy),
         dilated=scales.tension * np.diag(dilated),
         mass=scales.mass * products.mass,
         square=scales.length**2 * modes.squares(),

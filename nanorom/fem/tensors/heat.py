@@ -76,7 +76,8 @@ def _of_class(
     plate, m, n = modes.plate, temperature.shape[1], len(modes.parities)
     loads = membrane.no_load(plate, m)
     for field in quadrature.fields(plate, columns=9 * m):
-        stress = membrane.force(plate, field, _expansion(field, temperature)) * field.weights[..., None]
+        stress = membrane.force(plate, field, _expansion(field, temperature))
+        stress *= field.weights[..., None]
         membrane.add_load(plate, field, stress, loads)
     displacement = membrane.summed(plate, loads)
     matrix = algebra.assemble(plate.compiled(plate.in_plane_form))
