@@ -67,7 +67,7 @@ def acting_tension(scene: Scene) -> Tension | None:
     """
     load, change = scene.load, 0.0
     if load is not None:
-        if any(part is not None for part in (load.pressure, load.voltage, load.force)):
+        if load.deflects:
             return None
         change = (load.stress or 0.0) * scene.plate.thickness
     if scene.plate.initial_shape is not None or isinstance(scene.geometry, MeshFile):

@@ -231,9 +231,7 @@ class Scene(metaclass=_Loaded):
     @property
     def supports(self) -> dict[str, Kind]:
         """Kind of support by side; for a mesh file by tag, with the key "default" for the rest."""
-        if self.geometry.sides:
-            return {side: self.support.kind(side) for side in self.geometry.sides}
-        return {**self.support.named, "default": self.support.default}
+        return supports_of(self.geometry, self.support)
 
     @classmethod
     def from_file(cls, path: str | Path) -> Scene:
@@ -294,6 +292,9 @@ class Scene(metaclass=_Loaded):
                 given[keys[name].name] = tuple(read)
             else:
                 given[name] = v.from_table(_CLASSES[name], name, table)
+        if stack and "support" in given:
+            kinds = supports_of(given["geometry"], given["support"]).values()
+            given |= {"load": stack.loaded(given.get("load"), kinds)}
         bare = Bare.of(stack, plate, given.get("material"), given.get("tension"))
         scene = cls(**given, regions=read_regions(regions, bare))
         if stack:
@@ -339,6 +340,13 @@ class Scene(metaclass=_Loaded):
     def to_toml(self) -> str:
         """The scene as TOML in SI numbers; reading it gives an equal scene."""
         return v.to_tables(self)
+
+
+def supports_of(geometry: Geometry, support: Support) -> dict[str, Kind]:
+    """Kind of support by side of a shape; of a mesh file by tag, "default" for the rest."""
+    if geometry.sides:
+        return {side: support.kind(side) for side in geometry.sides}
+    return {**support.named, "default": support.default}
 
 
 _CLASSES: dict[str, Any] = {

@@ -73,7 +73,7 @@ BAD = {
     "two corners": (BOW_TIE.replace(", [1e-6, 0], [0, 1e-6]", ""), "a list of 3 to 200 corners"),
     "inner circle outside": (RING.replace("2.9", "6"), "region.inner_radius: found 6e-06 m"),
     "no mesh file": (
-        '[[region]]\nshape = "surface"\nsurface = "pad"\n',
+        '[[region]]\nshape = "surface"\nsurface = "pad"\ndensity = 1\n',
         "region.surface: found on a",
     ),
     "a table": (PLAIN.replace("[[region]]", "[region]"), r"region: found .* tables \[\[region"),

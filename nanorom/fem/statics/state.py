@@ -166,6 +166,8 @@ def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:
                 f"load.position: found ({x:g}, {y:g}) m; allowed: a point of the film, whose disc "
                 f"of load.radius = {load.radius:g} m lies on the film too"
             ) from None
+    if load.moment is not None:
+        parts.append(loads.moment(film, load.moment / units.force))
     return functools.reduce(operator.add, parts) if parts else None
 
 
