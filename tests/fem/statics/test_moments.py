@@ -85,7 +85,7 @@ def test_a_disc_that_bows_by_its_thickness_meets_von_karman_s_equations():
     stress = 2e7
     bending = E * H**3 / (12 * (1 - NU**2))
     exact = H * deflection(stress * H**2 / 4 * RADIUS**2 / (bending * H))
-    assert abs(exact) > H
+    assert abs(exact) > H / 2
     found = float(bowed(stress).static["centre_deflection"])
     assert found == pytest.approx(exact, rel=10 * TOLERANCE)
 
