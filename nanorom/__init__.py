@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
     from nanorom.scene.film import Plate, Tension
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
+    from nanorom.scene.instrument import Instrument
     from nanorom.scene.layers import Layer, Stack
     from nanorom.scene.load import Load
     from nanorom.scene.mass import AddedMass
@@ -71,6 +72,7 @@ _HOMES = {
         "Rectangle",
         "String",
     ),
+    "scene.instrument": ("Instrument",),
     "scene.layers": ("Layer", "Stack"),
     "scene.load": ("Load",),
     "scene.mass": ("AddedMass",),
@@ -118,6 +120,7 @@ __all__ = [
     "Frequency",
     "Gas",
     "Harmonic",
+    "Instrument",
     "Layer",
     "Load",
     "LoadCurve",

@@ -32,6 +32,7 @@ from nanorom.rom.model import ReducedModel
 from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
+from nanorom.scene.instrument import Instrument
 from nanorom.scene.units import with_unit
 from nanorom.types import Progress
 from nanorom.version import version
@@ -47,6 +48,7 @@ def respond(
     progress: Progress | None = None,
     processes: int | None = None,
     path: str | Path | None = None,
+    readout: Instrument | None = None,
 ) -> Response:
     """Follow the periodic response over a frequency range at every drive level, isolas included
     to which the orbits of neighbouring levels lead; estimated in a larger model where the model
@@ -62,6 +64,7 @@ def respond(
     path : `response.h5`, to which every level is saved as it is finished. Levels that an
         interrupted run with the same model and excitation left there are not computed again.
         Without one, Ctrl-C at a prompt or in a notebook returns the levels that are done.
+    readout : kept with the response, whose tables and pictures then tell voltages.
 
     Raises
     ------
@@ -73,7 +76,12 @@ def respond(
     question = Question(drive, sweep, damping)
     system, omega, options = question.of(model)
     empty = Response(
-        diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
+        diagrams=(),
+        drive=drive,
+        sweep=sweep,
+        frequency=model.frequency,
+        label=model.label,
+        readout=readout,
     )
     key = key_of(system, omega, options)
     found = {} if path is None else resume(path, empty, key)

@@ -197,8 +197,11 @@ class SurfaceRegion(Region):
 
 
 REGIONS: dict[str, type[Region]] = {
-    cls.shape: cls
-    for cls in (DiscRegion, RingRegion, RectangleRegion, PolygonRegion, SurfaceRegion)
+    "disc": DiscRegion,
+    "ring": RingRegion,
+    "rectangle": RectangleRegion,
+    "polygon": PolygonRegion,
+    "surface": SurfaceRegion,
 }
 
 

@@ -36,6 +36,7 @@ from nanorom.scene.geometry import (
     String,
     read_geometry,
 )
+from nanorom.scene.instrument import Instrument
 from nanorom.scene.layers import Stack
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
@@ -70,6 +71,7 @@ __all__ = [
     "Drive",
     "Edge",
     "Gas",
+    "Instrument",
     "Load",
     "Material",
     "MeshFile",
@@ -147,6 +149,7 @@ class Scene(metaclass=_Loaded):
     damping: Damping | None = attrs.field(metadata=_section("damping", Damping) | v.OPTIONAL)
     drive: Drive | None = attrs.field(default=None, metadata=_section("drive", Drive))
     sweep: Sweep | None = attrs.field(default=None, metadata=_section("sweep", Sweep))
+    readout: Instrument | None = attrs.field(default=None, metadata=_section("readout", Instrument))
 
     @support.default
     def _usual_support(self) -> Support:
@@ -359,4 +362,5 @@ _CLASSES: dict[str, Any] = {
     "damping": Damping,
     "drive": Drive,
     "sweep": Sweep,
+    "readout": Instrument,
 }

@@ -12,6 +12,7 @@ from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import SHAPES
+from nanorom.scene.instrument import Instrument
 from nanorom.scene.layers import Layer
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
@@ -45,6 +46,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "drive": Drive,
     "drive, harmonics": Harmonic,
     "sweep": Sweep,
+    "readout": Instrument,
 }
 TABLE = re.compile(r"(<!-- (keys of ([\w, ]+)|patterns) -->\n).*?(<!-- end -->)", re.DOTALL)
 

@@ -1,4 +1,4 @@
-"""Films that the stress of their layers bows: closed forms, and von Karman's equations of a disc."""
+"""Films that the stress of their layers bows: closed forms, von Karman's equations of a disc."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,8 @@ def deflection(moment):
         return [dp, (s * p - dp + p / r) / r, ds, (-stretch * p**2 / 2 - ds + s / r) / r]
 
     def edges(a, b):
-        return [a[0] - START * a[1], a[2] - START * a[3], b[1] + NU * b[0] - moment, b[3] - NU * b[2]]
+        rim = b[1] + NU * b[0] - moment, b[3] - NU * b[2]
+        return [a[0] - START * a[1], a[2] - START * a[3], *rim]
 
     r = np.linspace(START, 1, 200)
     guess = np.zeros((4, len(r)))
