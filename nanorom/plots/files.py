@@ -48,7 +48,8 @@ def draw_response(
 def draw_reading(content: Any, path: Path, folder: Path, output: str, harmonic: str) -> None:
     """reading.png: decibels and phase of a mode, by its name, or of a point, "1 um, 0.5 um".
 
-    ``output`` may be "spot", the place of the response's readout.  Raises FileError for a file that is no response; for a point, without its model beside it.
+    ``output`` may be "spot", the place of the response's readout.  Raises FileError for a file that
+    is no response; for a point, without its model beside it.
     """
     from nanorom.results.beside import MODEL, model_beside
     from nanorom.results.response import Response

@@ -18,8 +18,8 @@ MILLIWATT = 1e-3  # W, of which dBm are
 class Instrument:
     """A detector's voltage of a deflection w: along a fringe, or along its slope.
 
-    Light that a film over a mirror throws back makes offset + contrast cos(4 pi (gap + w)/wave-
-    length + phase) V, gap being that of the film at rest (Dolleman et al. 2017, doi:10.1063/1.5009909).
+    Light that a film over a mirror throws back makes offset + contrast cos(phase + 4 pi (gap + w)/
+    wavelength) V, gap being that of the film at rest (Dolleman et al. 2017, arXiv:1711.06056).
     Close to one working point it is slope x w.  position : of the spot in m; impedance : in V/A,
     across which the voltage makes a power.  Raises SceneError.
     """
