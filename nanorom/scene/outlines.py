@@ -42,21 +42,26 @@ class DiscRegion(Region):
     radius: float = _length("radius", "of the disc")
 
     def depth(self, points: Array) -> Array:
+        """Numbers (n,) of points (n, 2): positive in it, in m."""
         return self.radius - np.hypot(*(points - np.array(self.position)).T)
 
     def outline(self) -> Array:
+        """Points (n, 2) in m on its edges."""
         return _circle(self.position, self.radius)
 
     @property
     def area(self) -> float:
+        """In m^2."""
         return math.pi * self.radius**2
 
     @property
     def mirrored(self) -> tuple[bool, bool]:
+        """Whether it is its own mirror image in x and in y."""
         return self.position[0] == 0, self.position[1] == 0
 
     @property
     def of_revolution(self) -> bool:
+        """Every turn about the film's centre leaves it as it is."""
         return self.position == (0.0, 0.0) and self.pulls_alike
 
     @property
@@ -80,18 +85,22 @@ class RingRegion(DiscRegion):
             )
 
     def depth(self, points: Array) -> Array:
+        """Numbers (n,) of points (n, 2): positive in it, in m."""
         outer = super().depth(points)
         return np.minimum(outer, self.radius - self.inner_radius - outer)
 
     def outline(self) -> Array:
+        """Points (n, 2) in m on its edges."""
         return np.concatenate([super().outline(), _circle(self.position, self.inner_radius)])
 
     @property
     def area(self) -> float:
+        """In m^2."""
         return math.pi * (self.radius**2 - self.inner_radius**2)
 
     @property
     def radii(self) -> tuple[float, ...]:
+        """Of its circles, in m."""
         return self.inner_radius, self.radius
 
 
@@ -106,26 +115,32 @@ class RectangleRegion(Region):
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
+        """Of its outline, in m."""
         (x, y), a, b = self.position, self.length / 2, self.width / 2
         return (x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b)
 
     def depth(self, points: Array) -> Array:
+        """Numbers (n,) of points (n, 2): positive in it, in m."""
         away = np.abs(points - np.array(self.position))
         return np.min(np.array([self.length, self.width]) / 2 - away, axis=1)
 
     def outline(self) -> Array:
+        """Points (n, 2) in m on its edges."""
         return _sides(self.corners)
 
     @property
     def area(self) -> float:
+        """In m^2."""
         return self.length * self.width
 
     @property
     def mirrored(self) -> tuple[bool, bool]:
+        """Whether it is its own mirror image in x and in y."""
         return self.position[0] == 0, self.position[1] == 0
 
     @property
     def is_square(self) -> bool:
+        """It stays as it is when x and y change places."""
         return self.position == (0.0, 0.0) and self.length == self.width and self.pulls_alike
 
 
@@ -160,9 +175,11 @@ class PolygonRegion(Region):
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
+        """Of its outline, in m."""
         return self.points
 
     def depth(self, points: Array) -> Array:
+        """Numbers (n,) of points (n, 2): positive in it, in m."""
         a = np.array(self.points)
         b = np.roll(a, -1, axis=0)
         side, to = b - a, points[:, None] - a
@@ -176,10 +193,12 @@ class PolygonRegion(Region):
         return np.where(inside, distance, -distance)
 
     def outline(self) -> Array:
+        """Points (n, 2) in m on its edges."""
         return _sides(self.points)
 
     @property
     def area(self) -> float:
+        """In m^2."""
         x, y = np.array(self.points).T
         return float(abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2)
 

@@ -81,7 +81,7 @@ class BeamRoute(Route):
         motion = losses.Motion(
             frequency=found.frequency[index],
             stiffness=np.diag(found.stiffness)[index],
-            strained=bent,
+            lossy=scene.material.loss * bent,
             dilated=bent,
             mass=found.mass[index],
             square=width * found.square[index],
