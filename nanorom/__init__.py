@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nanorom.design.study import study
+    from nanorom.devices.study import study
     from nanorom.errors import NanoromError
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
-    "design.study": ("study",),
+    "devices.study": ("study",),
     "errors": ("NanoromError",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),

@@ -23,18 +23,19 @@ THIN = 0.1  # h by thermal lengths up to which the series of Zener's function ha
 class Motion:
     """What losses of L modes follow from, in SI.
 
-    frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; lossy (L,) N/m: the part of
-    bending and of linear stretching, each place's times its E''/E'; dilated (L,) N/m: see
-    `dilated`, of a strip that is free to bend across E I int kappa^2; mass (L,) kg; square (L,)
-    m^2, int phi^2.
+    frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L,) N/m: the part of
+    bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
+    bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2; lossy (L,) N/m: of
+    `strained` each place's times its E''/E', None where the material is one.
     """
 
     frequency: np.ndarray
     stiffness: np.ndarray
-    lossy: np.ndarray
+    strained: np.ndarray
     dilated: np.ndarray
     mass: np.ndarray
     square: np.ndarray
+    lossy: np.ndarray | None = None
 
     @property
     def omega(self) -> np.ndarray:
@@ -44,8 +45,10 @@ class Motion:
 
 def material(scene: Scene, motion: Motion) -> np.ndarray | None:
     """Loss factors of the modulus, each times the share of energy that its material stores."""
-    losses = [scene.material.loss, *(region.loss or 0.0 for region in scene.regions)]
-    return motion.lossy / motion.stiffness if any(losses) else None
+    loss = scene.material.loss
+    if motion.lossy is not None:
+        return motion.lossy / motion.stiffness if motion.lossy.any() else None
+    return loss * motion.strained / motion.stiffness if loss else None
 
 
 def thermoelastic(scene: Scene, motion: Motion) -> np.ndarray | None:

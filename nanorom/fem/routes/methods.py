@@ -146,16 +146,19 @@ def lost(
     """
     if not scene.lossy:
         return {}
-    loss = scene.material.loss
-    lossy = bending.lost(modes, loss) + loss * stretching
+    strained, lossy = bending.stiffness(modes) + stretching, None
+    if scene.regions:
+        lossy = bending.lost(modes) + scene.material.loss * stretching
+        lossy = scales.tension * np.diag(lossy)
     dilated = bending.stiffness(modes, losses.dilated(scene))
     motion = losses.Motion(
         frequency=scales.frequency(modes.eigenvalues),
         stiffness=scales.tension * np.diag(products.stiffness + stretching),
-        lossy=scales.tension * np.diag(lossy),
+        strained=scales.tension * np.diag(strained),
         dilated=scales.tension * np.diag(dilated),
         mass=scales.mass * products.mass,
         square=scales.length**2 * modes.squares(),
+        lossy=lossy,
     )
     return losses.losses(scene, motion)
 
