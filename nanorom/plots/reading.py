@@ -91,7 +91,8 @@ def _decibels(response: Response) -> tuple[Callable[[Readout], Array], str]:
     instrument = response.readout
     if instrument is None:
         return lambda found: found.decibel(REFERENCE), "dB re 1 nm"
-    return lambda found: instrument.dbm(found.size), "dBm"
+    dbm = instrument.dbm
+    return lambda found: dbm(found.size), "dBm"
 
 
 def _quarters() -> Any:

@@ -40,6 +40,18 @@ from nanorom.version import version
 NO_ISOLAS = "isolas are not looked for along curves of folds where the film's heat has states"
 
 
+def _empty(model: ReducedModel, drive: Drive, sweep: Sweep, readout: Instrument | None) -> Response:
+    """A response without its diagrams."""
+    return Response(
+        diagrams=(),
+        drive=drive,
+        sweep=sweep,
+        frequency=model.frequency,
+        label=model.label,
+        readout=readout,
+    )
+
+
 def respond(
     model: ReducedModel,
     drive: Drive,
@@ -75,14 +87,7 @@ def respond(
     check_range(model.diagnostics)
     question = Question(drive, sweep, damping)
     system, omega, options = question.of(model)
-    empty = Response(
-        diagrams=(),
-        drive=drive,
-        sweep=sweep,
-        frequency=model.frequency,
-        label=model.label,
-        readout=readout,
-    )
+    empty = _empty(model, drive, sweep, readout)
     key = key_of(system, omega, options)
     found = {} if path is None else resume(path, empty, key)
     total = len(drive.levels)

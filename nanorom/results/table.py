@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nanorom.continuation import Branch, SpecialPoint
 from nanorom.results import readings
 from nanorom.results.readings import Output
 
@@ -53,7 +54,8 @@ def columns(
 def _readings(response: Response, output: Output, harmonic: object) -> Iterator[dict[str, Any]]:
     """In the order of `_rows`."""
     for diagram in response.diagrams:
-        for orbits in (*diagram.branches, *diagram.special_points):
+        every: list[Branch | SpecialPoint] = [*diagram.branches, *diagram.special_points]
+        for orbits in every:
             found = readings.columns(readings.reading(response, orbits, output, harmonic))
             if response.readout is not None:
                 volts = readings.signal(response, orbits, output, harmonic)

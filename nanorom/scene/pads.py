@@ -17,10 +17,7 @@ from nanorom.scene.outlines import REGIONS
 from nanorom.scene.region import Region
 
 SIDES = ("top", "bottom")
-FOLLOWS = (
-    *("thickness", "youngs_modulus", "poisson_ratio", "density", "bending", "bending_ratio"),
-    *("tension", "loss", "offset"),
-)
+FOLLOWS = tuple(field.name for field in attrs.fields(Region))
 
 
 @attrs.frozen
@@ -53,21 +50,22 @@ class Bare:
         share = 1 - etched / self.stack.thickness
         bottom = sum(layer.thickness for layer in below)
         bare = self.stack.film()["material"].loss
-        return {
-            "thickness": stack.thickness,
-            "youngs_modulus": material.youngs_modulus,
-            "poisson_ratio": material.poisson_ratio,
-            "density": material.density,
-            "bending": material.bending,
-            "bending_ratio": stack.bending_ratio,
-            "tension": (
-                share * self.tension.x + own.x,
-                share * self.tension.y + own.y,
-                share * self.tension.xy,
-            ),
-            "loss": None if material.loss == bare else material.loss,
-            "offset": stack.neutral - bottom - self.stack.neutral,
-        }
+        share_of = (share * pull for pull in (self.tension.x, self.tension.y, self.tension.xy))
+        return _keys(
+            thickness=stack.thickness,
+            youngs_modulus=material.youngs_modulus,
+            poisson_ratio=material.poisson_ratio,
+            density=material.density,
+            bending=material.bending,
+            bending_ratio=stack.bending_ratio,
+            tension=tuple(a + b for a, b in zip(share_of, (own.x, own.y, 0.0))),
+            loss=None if material.loss == bare else material.loss,
+            offset=stack.neutral - bottom - self.stack.neutral,
+        )
+
+
+def _keys(**known: Any) -> dict[str, Any]:
+    return known
 
 
 def read_regions(tables: Iterable[Any], film: Bare | None) -> tuple[Region, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from nanorom.scene.scene import Scene
 
 TOUCH = 1e-9  # of the film's size: outlines nearer than that are one
-FILM = ("thickness", "youngs_modulus", "poisson_ratio", "density", "bending", "tension", "loss")
+FILM = tuple(field.name for field in attrs.fields(Region) if field.default is None)
 CRYSTAL = ("youngs_modulus", "poisson_ratio", "bending_ratio")
 
 

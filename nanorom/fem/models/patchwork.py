@@ -45,7 +45,7 @@ class Patchwork:
         """Of a plate in so many sections beside itself; loss : of the film itself."""
         known = plate.stiffness
         return cls(
-            space=compat.constants_space(plate.domain.mesh),
+            space=compat.lagrange_space(plate.domain.mesh, 0),
             which=which,
             law=np.array([known.law, *(s.law for s in sections)]),
             moments=np.array([known.bending_law, *(s.moments for s in sections)]),
