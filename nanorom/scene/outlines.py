@@ -35,7 +35,12 @@ def _length(key: str, about: str, **default: Any) -> Any:
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
 class DiscRegion(Region):
-    """A disc of a radius about a position, in m."""
+    """A disc of a radius about a position, in m.
+
+    The film there, as of `Region`: thickness in m, youngs_modulus in
+    Pa, poisson_ratio, density in kg/m^3, bending in N m, bending_ratio, tension in N/m, loss and
+    offset in m.
+    """
 
     shape: ClassVar[str] = "disc"
     position: tuple[float, float] = _position("x and y of its centre in m")
@@ -66,13 +71,18 @@ class DiscRegion(Region):
 
     @property
     def radii(self) -> tuple[float, ...]:
-        """Of its circles."""
+        """Of its circles, in m."""
         return (self.radius,)
 
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
 class RingRegion(DiscRegion):
-    """Between two circles about a position, in m."""
+    """Between two circles about a position, in m.
+
+    radius, inner_radius : of the circles. The film there, as of `Region`: thickness in m, youngs_modulus in
+    Pa, poisson_ratio, density in kg/m^3, bending in N m, bending_ratio, tension in N/m, loss and
+    offset in m.
+    """
 
     shape: ClassVar[str] = "ring"
     inner_radius: float = _length("inner_radius", "of the circle inside")
@@ -106,7 +116,12 @@ class RingRegion(DiscRegion):
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
 class RectangleRegion(Region):
-    """A rectangle about a position, its sides along x and y, in m."""
+    """A rectangle about a position, its sides along x and y, in m.
+
+    length along x, width along y. The film there, as of `Region`: thickness in m, youngs_modulus in
+    Pa, poisson_ratio, density in kg/m^3, bending in N m, bending_ratio, tension in N/m, loss and
+    offset in m.
+    """
 
     shape: ClassVar[str] = "rectangle"
     position: tuple[float, float] = _position("x and y of its centre in m")
@@ -153,7 +168,12 @@ def _corners(value: Any) -> tuple[tuple[float, float], ...]:
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
 class PolygonRegion(Region):
-    """Within straight sides between corners, in their order, in m."""
+    """Within straight sides between corners, in their order, in m.
+
+    points : the corners (n, 2). The film there, as of `Region`: thickness in m, youngs_modulus in
+    Pa, poisson_ratio, density in kg/m^3, bending in N m, bending_ratio, tension in N/m, loss and
+    offset in m.
+    """
 
     shape: ClassVar[str] = "polygon"
     points: tuple[tuple[float, float], ...] = attrs.field(
@@ -205,7 +225,12 @@ class PolygonRegion(Region):
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
 class SurfaceRegion(Region):
-    """A physical surface of the mesh file."""
+    """A physical surface of the mesh file.
+
+    surface : its name. The film there, as of `Region`: thickness in m, youngs_modulus in
+    Pa, poisson_ratio, density in kg/m^3, bending in N m, bending_ratio, tension in N/m, loss and
+    offset in m.
+    """
 
     shape: ClassVar[str] = "surface"
     surface: str = attrs.field(
