@@ -79,9 +79,9 @@ class DiscRegion(Region):
 class RingRegion(DiscRegion):
     """Between two circles about a position, in m.
 
-    radius, inner_radius : of the circles. The film there, as of `Region`: thickness in m, youngs_modulus in
-    Pa, poisson_ratio, density in kg/m^3, bending in N m, bending_ratio, tension in N/m, loss and
-    offset in m.
+    radius, inner_radius : of the circles. The film there, as of `Region`: thickness in m,
+    youngs_modulus in Pa, poisson_ratio, density in kg/m^3, bending in N m, bending_ratio, tension
+    in N/m, loss and offset in m.
     """
 
     shape: ClassVar[str] = "ring"
