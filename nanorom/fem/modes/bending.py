@@ -6,9 +6,19 @@ import attrs
 import numpy as np
 
 from nanorom.fem.models.operators import LinearForce
+from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State
 from nanorom.fem.modes.eigen import Modes
 from nanorom.scene.elasticity import Law
+
+
+def lost(modes: Modes) -> np.ndarray:
+    """The same (L, L) of a patchwork, each place's times its E''/E'. Collective."""
+    plate = modes.plate
+    assert plate.patchwork is not None
+    moments = plate.patchwork.moments * plate.patchwork.loss[:, None, None]
+    film = attrs.evolve(plate, patchwork=attrs.evolve(plate.patchwork, moments=moments))
+    return stiffness(attrs.evolve(modes, film=film))
 
 
 def stiffness(modes: Modes, law: Law | None = None) -> np.ndarray:
@@ -19,12 +29,13 @@ def stiffness(modes: Modes, law: Law | None = None) -> np.ndarray:
     plate = modes.plate
     if not plate.bending:
         return np.zeros((modes.shapes.shape[1],) * 2)
+    return attrs.evolve(modes, force=LinearForce.of(alone(plate, law))).modal_stiffness()
+
+
+def alone(plate: Plate, law: Law | None = None) -> Plate:
+    """A plate that bends, and nothing else; law : moments by D in the place of its own."""
     known = plate.stiffness
     loose = {name: (None if k is None else 0.0, 0.0) for name, (k, _) in known.springs.items()}
-    alone = attrs.evolve(
-        known,
-        springs=loose,
-        moments=known.moments if law is None else law,
-    )
-    plate = plate.resisting(alone).about(State((0.0, 0.0)))
-    return attrs.evolve(modes, force=LinearForce.of(plate)).modal_stiffness()
+    moments = known.moments if law is None else law
+    bent = attrs.evolve(known, springs=loose, moments=moments)
+    return plate.resisting(bent).about(State((0.0, 0.0)))
