@@ -78,7 +78,7 @@ class FloquetSolver:
     def __init__(self, system: ScaledSystem, truncation: float = TRUNCATION) -> None:
         self.system, self.truncation = system, truncation
         self.size = system.size
-        self.has_loss = bool(system.loss.any())
+        self.has_loss = system.has_loss
         self.fastest, self.relaxation = system.fastest, system.relaxation
         self._signs: dict[SupportKey, Array | None] = {}
         self._variations: dict[Part, Variation | Splitting] = {}
