@@ -13,8 +13,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nanorom.devices.design import design
     from nanorom.devices.study import study
     from nanorom.errors import NanoromError
+    from nanorom.results.design import Design
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
@@ -38,8 +40,10 @@ if TYPE_CHECKING:
     from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
+    "devices.design": ("design",),
     "devices.study": ("study",),
     "errors": ("NanoromError",),
+    "results.design": ("Design",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
@@ -96,6 +100,7 @@ __all__ = [
     "Accuracy",
     "AddedMass",
     "Damping",
+    "Design",
     "Disc",
     "Drive",
     "Edge",
@@ -127,6 +132,7 @@ __all__ = [
     "Sweep",
     "Tension",
     "Verified",
+    "design",
     "full_orbit",
     "manifold",
     "reduce",

@@ -1,6 +1,7 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
 from nanorom.plots.comb import comb_figure
+from nanorom.plots.design import design_figure
 from nanorom.plots.diagram import diagram_figure, motion_figure
 from nanorom.plots.effective import effective_figure
 from nanorom.plots.linear import linear_figure
@@ -21,6 +22,7 @@ __all__ = [
     "comb_figure",
     "comparison_figure",
     "diagram_figure",
+    "design_figure",
     "effective_figure",
     "linear_figure",
     "load_curve",

@@ -17,6 +17,7 @@ Values with units are strings; plain numbers are in SI. Every attribute is a pla
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
 from nanorom.scene.rules import check_film, check_source
+from nanorom.scene.spread import Spreads, resolved, taken
 from nanorom.scene.support import (
     STRING_ENDS,
     Edge,
@@ -131,6 +133,7 @@ class Scene(metaclass=_Loaded):
     damping: Damping | None = attrs.field(metadata=_section("damping", Damping) | v.OPTIONAL)
     drive: Drive | None = attrs.field(default=None, metadata=_section("drive", Drive))
     sweep: Sweep | None = attrs.field(default=None, metadata=_section("sweep", Sweep))
+    spread: Spreads | None = attrs.field(default=None, metadata=_section("spread", Spreads))
 
     @support.default
     def _usual_support(self) -> Support:
@@ -241,6 +244,18 @@ class Scene(metaclass=_Loaded):
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
         """Read a scene from nested dictionaries as TOML gives them; raises SceneError."""
+        plain, spreads = taken(document)
+        scene = cls._of_means(plain, directory)
+        if not spreads:
+            return scene
+        if scene.spread is not None:
+            raise SceneError("spread: found beside quantities with +-; allowed: one of the two")
+        read = partial(cls._of_means, directory=directory)
+        return attrs.evolve(scene, spread=resolved(plain, spreads, read))
+
+    @classmethod
+    def _of_means(cls, document: Mapping[str, Any], directory: str | Path) -> Scene:
+        """Of tables that have means alone."""
         stack, document = Stack.taken(document)
         keys = {f.metadata.get(v.TABLES, f.name): f for f in attrs.fields(cls)}
         for name, table in document.items():
@@ -332,4 +347,5 @@ _CLASSES: dict[str, Any] = {
     "damping": Damping,
     "drive": Drive,
     "sweep": Sweep,
+    "spread": Spreads,
 }

@@ -18,6 +18,7 @@ from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.request import Accuracy, Modes, Reduction
+from nanorom.scene.spread import Spreads
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
 
@@ -41,6 +42,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "drive": Drive,
     "drive, harmonics": Harmonic,
     "sweep": Sweep,
+    "spread": Spreads,
 }
 TABLE = re.compile(r"(<!-- (keys of ([\w, ]+)|patterns) -->\n).*?(<!-- end -->)", re.DOTALL)
 
