@@ -25,6 +25,7 @@ from nanorom.types import Array, Numbers
 
 SERIES_ORDER = 5  # of the manifold: as far as the quintic coefficient needs
 KERR_ORDER = 3
+ROUND_OFF = 1e-10  # of a coefficient's own size: what differences leave of a zero
 DISPERSIVE = 0.02  # of the first mode's frequency: nearer to a resonance, modes exchange energy
 
 
@@ -141,9 +142,20 @@ class Coefficients:
 
 
 def oscillator(model: Any, place: int) -> Oscillator:
-    """The oscillator of the mode of a ReducedModel at a place from 0; errors of `coefficients`."""
+    """The oscillator of the mode of a ReducedModel at a place from 0, without what is round-off.
+
+    Raises the errors of `coefficients`.
+    """
     equations, places, _ = equations_of(model, [int(model.number[place])], None, None)
-    return Oscillator.of(equations, int(places[0]), int(places[0]), float(model.mass[place]))
+    mass = float(model.mass[place])
+    found = Oscillator.of(equations, int(places[0]), int(places[0]), mass)
+    k, c = (
+        mass * (2 * np.pi * float(model.frequency[place])) ** 2,
+        float(model.damping[place, place]),
+    )
+    sizes = {"quintic": found.cubic**2 / k, "damping": c * found.cubic / k}
+    small = {n: 0.0 for n, size in sizes.items() if abs(getattr(found, n)) < ROUND_OFF * abs(size)}
+    return attrs.evolve(found, **small)
 
 
 def shift(model: Any, place: int, other: int) -> float:
