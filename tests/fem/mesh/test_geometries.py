@@ -68,8 +68,8 @@ def test_file_without_a_surface_is_refused_by_name(tmp_path, name):
         mesh.build(MPI.COMM_WORLD, gmsh.GmshFile(file))
 
 
-def test_parameters_of_a_geometry_file_are_keys_of_the_scene(tmp_path):
-    """A film twice as long between its ends has half the frequency of a string's fundamental."""
+def test_parameters_of_a_geometry_file_are_keys_of_the_scene():
+    """A membrane's frequency goes with (1/a^2 + 1/b^2)^1/2 of its sides."""
 
     def scene(**parameters):
         return nanorom.Scene(
@@ -88,3 +88,10 @@ def test_parameters_of_a_geometry_file_are_keys_of_the_scene(tmp_path):
     f = [nanorom.reduce(each).frequency[0] for each in (one, scene(length=2.0, width=1.0))]
     exact = [np.hypot(1, 1), np.hypot(1, 0.5)]
     assert f[1] / f[0] == pytest.approx(exact[1] / exact[0], rel=2e-3)
+
+
+def test_last_line_that_gmsh_would_leave_out_is_told(tmp_path):
+    file = tmp_path / "film.geo"
+    file.write_text((gmsh.MESHES / "drum.geo").read_text().rstrip())
+    with pytest.raises(MeshError, match="its last line has no line break"):
+        mesh.build(MPI.COMM_WORLD, gmsh.GmshFile(file))
