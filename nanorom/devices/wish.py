@@ -127,7 +127,7 @@ class Wish:
             )
         told = [Expression.read(text, keys, "of") for text in _texts(given.get("of"), "of")]
         settings = Settings(**{key: given[key] for key in SETTINGS if key in given})
-        spread |= _spreads(given.get("spread", {}), document)
+        spread |= _of_scene(document) | _spreads(given.get("spread", {}), document)
         wish = cls(
             document,
             directory,
@@ -230,6 +230,20 @@ def _place(variation: Variation, value: Any) -> float:
     if not ends[0] < number < ends[1]:
         return 0.5
     return float(brentq(lambda share: float(quantile(np.array(share))) - number, 0.0, 1.0))
+
+
+def _of_scene(document: dict[str, Any]) -> dict[str, Spread]:
+    """Spreads that a scene brings as numbers, taken out of its tables; raises SceneError."""
+    found = {}
+    for key, moved in document.pop("spread", {}).get("deviation", {}).items():
+        if set(moved) != {key}:
+            raise SceneError(
+                f"spread: found {key}, which moves {', '.join(moved)}; give the scene by the name "
+                "of its file, which says it by itself"
+            )
+        mean = look(document, key)
+        found[key] = Spread.of(mean, moved[key], f"spread.{key}")
+    return found
 
 
 def _spreads(given: Any, document: dict[str, Any]) -> dict[str, Spread]:

@@ -211,3 +211,53 @@ def test_what_no_device_meets_is_told_with_the_nearest(membrane):
     assert "no device" in design_text(found) and found.remark[0]
     with pytest.raises(NanoromError, match="no device was found"):
         found["f1"]
+
+
+STRING = """
+geometry = { shape = "string", length = "100 um", width = "2 um" }
+plate = { thickness = "5 nm", model = "beam" }
+material = { youngs_modulus = "250 GPa", poisson_ratio = 0.23, density = "3100 kg/m^3" }
+tension = { x = "1 N/m", y = "0 N/m" }
+support = { edge = { left = { spring = "1e4 N/m^2" }, right = "simply_supported" } }
+modes = { count = 1 }
+accuracy = { tolerance = 1e-6 }
+"""
+BENDING = 1e-5  # of the closed form without it: (D/T)^1/2/L is 5e-4
+
+
+def string_coefficient(spring):
+    """E h w/(2 L) (int phi'^2)^2 of a string that a spring holds at one end, max |phi| = 1."""
+    length, stretch = 1e-4, 250e9 * 5e-9 * 2e-6
+    kl = brentq(lambda x: spring * length * np.sin(x) + x * np.cos(x), np.pi / 2, np.pi)
+    slopes = (kl / length) ** 2 * length * (0.5 + np.sin(2 * kl) / (4 * kl))
+    return stretch / (2 * length) * slopes**2
+
+
+def test_a_strings_duffing_coefficient_is_tuned_through_its_support(monkeypatch):
+    """By differences of devices, which are told, to the closed form of the string."""
+    monkeypatch.setattr(workers, "MODULE", "nanorom.devices.worker")
+    wanted = string_coefficient(3e4)
+    vary = {"support.edge.left.spring": {"from": "1e4 N/m^2", "to": "1e5 N/m^2", "spacing": "log"}}
+    found = nanorom.design(
+        nanorom.Scene.from_toml(STRING), vary, conditions=f"b111 = {wanted!r}", starts=1,
+        processes=1,
+    )  # fmt: skip
+    assert found["support.edge.left.spring"] == pytest.approx(3e4, rel=BENDING)
+    assert found.finer[0] == pytest.approx(wanted, rel=1e-6)
+    assert not found.exact.any() and "differences" in found.told
+    step = 1e-4
+    ends = [string_coefficient(3e4 * (1 + side * step)) for side in (1, -1)]
+    assert found.slope[0, 0] == pytest.approx((ends[0] - ends[1]) / (6e4 * step), rel=1e-3)
+
+
+def test_spreads_of_a_scene_are_taken_from_its_file_and_from_the_object(membrane, tmp_path):
+    text = MEMBRANE.replace('"10 nm"', '"10 nm +- 3 %"')
+    (tmp_path / "spread.toml").write_text(text)
+    given = {"vary": WIDE_TENSION, "minimize": "f1"}
+    for scene in (tmp_path / "spread.toml", nanorom.Scene.from_toml(text)):
+        ((key, spread),) = Wish.of_table(scene, given).spread.items()
+        assert key == "plate.thickness"
+        assert (spread.mean, spread.deviation) == pytest.approx((1e-8, 3e-10))
+    both = nanorom.Scene.from_toml(text.replace('"0.3 N/m"', '"0.3 N/m +- 5 %"'))
+    with pytest.raises(NanoromError, match="spread: found tension.value"):
+        Wish.of_table(both, given)
