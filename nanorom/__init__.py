@@ -30,10 +30,18 @@ if TYPE_CHECKING:
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
     from nanorom.scene.film import Plate, Tension
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
+    from nanorom.scene.instrument import Instrument
     from nanorom.scene.layers import Layer, Stack
     from nanorom.scene.load import Load
     from nanorom.scene.mass import AddedMass
     from nanorom.scene.material import Gas, Material
+    from nanorom.scene.outlines import (
+        DiscRegion,
+        PolygonRegion,
+        RectangleRegion,
+        RingRegion,
+        SurfaceRegion,
+    )
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
@@ -68,10 +76,18 @@ _HOMES = {
         "Rectangle",
         "String",
     ),
+    "scene.instrument": ("Instrument",),
     "scene.layers": ("Layer", "Stack"),
     "scene.load": ("Load",),
     "scene.mass": ("AddedMass",),
     "scene.material": ("Gas", "Material"),
+    "scene.outlines": (
+        "DiscRegion",
+        "PolygonRegion",
+        "RectangleRegion",
+        "RingRegion",
+        "SurfaceRegion",
+    ),
     "scene.scene": (
         "Accuracy",
         "Modes",
@@ -102,12 +118,14 @@ __all__ = [
     "Damping",
     "Design",
     "Disc",
+    "DiscRegion",
     "Drive",
     "Edge",
     "Excitation",
     "Frequency",
     "Gas",
     "Harmonic",
+    "Instrument",
     "Layer",
     "Load",
     "LoadCurve",
@@ -117,10 +135,13 @@ __all__ = [
     "NanoromError",
     "PlaneSpring",
     "Plate",
+    "PolygonRegion",
     "Rectangle",
+    "RectangleRegion",
     "ReducedModel",
     "Reduction",
     "Response",
+    "RingRegion",
     "Scene",
     "Sensitivity",
     "Shapes",
@@ -129,6 +150,7 @@ __all__ = [
     "String",
     "Study",
     "Support",
+    "SurfaceRegion",
     "Sweep",
     "Tension",
     "Verified",
