@@ -224,7 +224,7 @@ def _assembled(explorer: Explorer, outcomes: Sequence[Outcome]) -> Design:
         scene=Scene.from_dict(wish.document, wish.directory).to_toml(),
         best=wish.scene(best.device.places).to_toml(),
         wish={
-            "to be": [objective.text for objective in wish.objectives],
+            "": [objective.text for objective in wish.objectives],
             "with": [condition.text for condition in wish.conditions],
         },
         by=tuple(each.key for each in wish.varied),

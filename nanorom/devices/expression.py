@@ -19,7 +19,7 @@ import attrs
 import numpy as np
 
 from nanorom.errors import ModelError, SceneError
-from nanorom.rom.quantities import NAME
+from nanorom.rom.quantities import NAME, unit_of
 from nanorom.scene import units
 from nanorom.scene.spread import Spread
 from nanorom.types import Array
@@ -157,8 +157,11 @@ class Condition:
     width: float | None
 
     @classmethod
-    def read(cls, text: Any, keys: Sequence[str], where: str) -> Condition:
-        """Two formulas, or a formula and a quantity with its unit; raises SceneError."""
+    def read(cls, text: Any, keys: Mapping[str, str], where: str) -> Condition:
+        """Two formulas, or a formula and a quantity with its unit; raises SceneError.
+
+        keys: of the scene that vary, with their units, "" where none is known.
+        """
         relation = next((r for r in RELATIONS if isinstance(text, str) and r in text), None)
         if relation is None or text.count("=") != 1:
             raise units.wrong(where, text, "conditions such as f(f11c)/f1 = 2, f1 >= 20 MHz")
@@ -168,7 +171,14 @@ class Condition:
             if relation != "=":
                 raise units.wrong(where, text, "+- behind an equality alone")
             second, width = repr(spread.mean), spread.deviation
-        sides = [Expression.read(_plain(side, where), keys, where) for side in (first, second)]
+        told = {unit for side in (first, text.split(relation)[1]) if (unit := _unit(side, keys))}
+        if len(told) > 1:
+            raise units.wrong(
+                where, text, f"both sides of one unit; these are {' and '.join(told)}"
+            )
+        sides = [
+            Expression.read(_plain(side, where), list(keys), where) for side in (first, second)
+        ]
         return cls(" ".join(text.split()), sides[0], relation, sides[1], width)
 
     @property
@@ -198,6 +208,15 @@ def _padded(first: Array, second: Array) -> Array:
     if not len(first) or not len(second):
         return first if len(first) else -second
     return first - second
+
+
+def _unit(side: str, keys: Mapping[str, str]) -> str:
+    """Of a side that is a single quantity, a key, or a number with its unit; "" of others."""
+    side = re.split(r"\+-|\+/-|±", side)[0].strip()
+    try:
+        return keys.get(side) or unit_of(side) or units.of_any_dimension(side, "")[1]
+    except SceneError:
+        return ""
 
 
 def _plain(side: str, where: str) -> str:

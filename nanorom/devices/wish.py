@@ -111,13 +111,14 @@ class Wish:
             if each.ends is None or not each.ends[0] < each.ends[1]:
                 raise wrong(f"vary.{each.key}", list(each.values) or each.key, BETWEEN)
         keys = [each.key for each in varied]
+        units = {each.key: each.unit for each in varied}
         objectives = [
             Objective(Expression.read(text, keys, word), sign)
             for word, sign in (("minimize", 1.0), ("maximize", -1.0))
             for text in _texts(given.get(word), word)
         ]
         conditions = [
-            Condition.read(text, keys, f"conditions[{n}]")
+            Condition.read(text, units, f"conditions[{n}]")
             for n, text in enumerate(_texts(given.get("conditions"), "conditions"), 1)
         ]
         if len(objectives) > 2 or not objectives and not conditions:

@@ -108,7 +108,7 @@ class Design:
     @property
     def asked(self) -> list[str]:
         """What was wished, a line each."""
-        return [f"{word} {text}" for word, texts in self.wish.items() for text in texts]
+        return [f"{word} {text}".strip() for word, texts in self.wish.items() for text in texts]
 
     @property
     def found(self) -> dict[str, float]:

@@ -138,6 +138,12 @@ def slope(name: str, arrays: Arrays, change: Arrays, labels: Sequence[str]) -> f
     return first.of(change) / lower - first.of(arrays) / lower**2 * second[0].of(change)
 
 
+def unit_of(name: str) -> str:
+    """Unit of a name that is that of a single quantity, "" of another text."""
+    match = _NAME.fullmatch(name)
+    return "" if match is None else KINDS[match[1]].unit
+
+
 def linear(name: str, labels: Sequence[str]) -> bool:
     """Whether a quantity, or both of a quotient, are entries of arrays; raises ModelError."""
     return all(quantity.linear for quantity in quantities(name, labels))

@@ -6,7 +6,8 @@ import pytest
 from nanorom.devices.expression import Condition, Expression
 from nanorom.errors import ModelError, NanoromError
 
-KEYS = ["plate.thickness", "layer.2.thickness"]
+UNITS = {"plate.thickness": "m", "layer.2.thickness": ""}
+KEYS = list(UNITS)
 KNOWN = {"f(f11c)": 3.1, "f1": 1.9, "b112@2": -2.5, "Q1": 180.0, "plate.thickness": 1e-8}
 KNOWN |= {"layer.2.thickness": 2e-8, "f((1,2)-(2,1))": 4.0, "J1.pressure": 0.3}
 FORMULAS = {
@@ -58,19 +59,22 @@ def test_formulas_without_a_value_are_told(text):
 
 
 def test_conditions_have_gaps_widths_and_units():
-    equal = Condition.read("f(f11c)/f1 = 2 +- 0.5 %", KEYS, "conditions[1]")
+    equal = Condition.read("f(f11c)/f1 = 2 +- 0.5 %", UNITS, "conditions[1]")
     assert equal.width == pytest.approx(0.01)
     assert equal.gap(KNOWN) == pytest.approx(3.1 / 1.9 - 2)
-    above = Condition.read("f1 >= 2 MHz", KEYS, "conditions[1]")
+    above = Condition.read("f1 >= 2 MHz", UNITS, "conditions[1]")
     assert above.right.value({}) == 2e6
     assert above.gap({"f1": 3e6}) == pytest.approx(1e6)
-    below = Condition.read("plate.thickness <= 20 nm", KEYS, "conditions[1]")
+    below = Condition.read("plate.thickness <= 20 nm", UNITS, "conditions[1]")
     assert below.gap(KNOWN) == pytest.approx(1e-8)
     assert below.slope(KNOWN, {"plate.thickness": np.array([1.0])}) == pytest.approx(-1.0)
     assert below.violation(KNOWN) == 0 and above.violation({"f1": 1e6}) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("text", ["f1", "f1 == 2", "f1 < 2", "1 <= f1 <= 2", "f1 >= 2 +- 1 %", 3])
+@pytest.mark.parametrize(
+    "text",
+    ["f1", "f1 == 2", "f1 < 2", "1 <= f1 <= 2", "f1 >= 2 +- 1 %", "f1 >= 2 nm", "f1 = m1", 3],
+)
 def test_what_is_no_condition_is_told(text):
     with pytest.raises(NanoromError, match=r"conditions\[1\]: found"):
-        Condition.read(text, KEYS, "conditions[1]")
+        Condition.read(text, UNITS, "conditions[1]")
