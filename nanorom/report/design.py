@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nanorom.report.sensitivity import NOTHING
 from nanorom.report.text import counted, table
 from nanorom.results.design import NONE, Design
 from nanorom.scene.units import tabulated, with_unit
@@ -60,6 +61,7 @@ def _spread(design: Design) -> str:
         heads.append(f"{key} +- {with_unit(float(wide), unit, 3)}")
     rows = [("change by one deviation of", "unit", *heads, "together")]
     for name, unit, row, wide in zip(design.of, design.of_unit, design.share, design.deviation):
+        row = np.where(np.abs(row) < NOTHING * wide, 0.0, row)
         told, shown = tabulated([*row, wide], unit, 4)
         rows.append((name, shown, *told))
     return table(rows)

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from nanorom.report.text import table
 from nanorom.results.sensitivity import Sensitivity
 from nanorom.scene.units import tabulated
+
+NOTHING = 1e-9  # of a deviation: what round-off leaves of a share that is none
 
 
 def sensitivity_text(found: Sensitivity) -> str:
@@ -26,6 +30,7 @@ def _spread(found: Sensitivity) -> str:
     for name, value, unit, wide, row in zip(
         found.of, found.value, found.unit, found.deviation, found.share
     ):
+        row = np.where(np.abs(row) < NOTHING * wide, 0.0, row)
         told, shown = tabulated([value, wide, *row], unit, 6)
         cells = tabulated(row, unit, 4)[0] if unit in ("", "1") else told[2:]
         share = f"{100 * wide / abs(value):.3f}" if value else "-"
