@@ -215,7 +215,7 @@ def _unit(side: str, keys: Mapping[str, str]) -> str:
     side = re.split(r"\+-|\+/-|±", side)[0].strip()
     try:
         return keys.get(side) or unit_of(side) or units.of_any_dimension(side, "")[1]
-    except SceneError:
+    except SceneError:  # a formula, whose unit is not known
         return ""
 
 
@@ -223,6 +223,6 @@ def _plain(side: str, where: str) -> str:
     """A side that is a quantity with its unit, as a number in SI."""
     try:
         number, unit = units.of_any_dimension(side, where)
-    except SceneError:
+    except SceneError:  # a formula, which is read as one
         return side
     return repr(number) if unit else side

@@ -114,7 +114,7 @@ def _is_good(
             bool(_meets(c, np.array(c.gap(known)), device.known, wish.settings.precision))
             for c in counted
         )
-    except NanoromError:
+    except NanoromError:  # a formula has no value there: it is no device that meets the conditions
         return False
 
 

@@ -226,7 +226,7 @@ def _place(variation: Variation, value: Any) -> float:
     assert quantile is not None and ends is not None
     try:
         number = of_any_dimension(value, variation.key)[0]
-    except SceneError:
+    except SceneError:  # a word, or nothing: the middle will do as a start
         return 0.5
     if not ends[0] < number < ends[1]:
         return 0.5

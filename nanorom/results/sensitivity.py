@@ -39,7 +39,7 @@ class Sensitivity:
 
     @property
     def deviation(self) -> Array:
-        """Standard deviations (o,) that independent spreads make, to first order."""
+        """Standard deviations (o,) that independent spreads make, in units of the values."""
         squares = np.sum(self.share**2, axis=1) if self.source else np.zeros(len(self.of))
         return np.asarray(np.sqrt(squares))
 
