@@ -127,7 +127,7 @@ class Design:
 
     @property
     def deviation(self) -> Array:
-        """Standard deviations (q,) of the best's formulas in devices that are made, in their units."""
+        """Standard deviations (q,) of the best's formulas, in their units, in devices made."""
         return np.asarray(np.sqrt(np.sum(self.share**2, axis=1)))
 
     def save(self, path: str | Path) -> None:
