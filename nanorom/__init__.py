@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nanorom.design.study import study
     from nanorom.errors import NanoromError
+    from nanorom.measurement.device.identify import identify_sweeps
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "design.study": ("study",),
     "errors": ("NanoromError",),
+    "measurement.device.identify": ("identify_sweeps",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
@@ -128,6 +130,7 @@ __all__ = [
     "Tension",
     "Verified",
     "full_orbit",
+    "identify_sweeps",
     "manifold",
     "reduce",
     "respond",

@@ -216,40 +216,6 @@ def effective_command(options: argparse.Namespace) -> None:
         effective_figure(found, options.output.with_suffix(".png"))
 
 
-def identify_command(options: argparse.Namespace) -> None:
-    from nanorom.files.whole import check_directory, make_directory
-    from nanorom.measurement.data import Resonances
-    from nanorom.measurement.identify import identify
-    from nanorom.measurement.unknowns import USUAL
-    from nanorom.report import text as report
-    from nanorom.scene.scene import Scene
-
-    if options.output is not None:
-        check_directory(options.output)
-    scene = Scene.from_file(options.scene)
-    measured = Resonances.from_file(options.measured, _columns(options))
-    unknowns = USUAL if options.unknowns is None else options.unknowns.split(",")
-    found = identify(scene, measured, unknowns)
-    print(report.identification_text(found))
-    if options.output is not None:
-        from nanorom.plots import resonance_figure
-
-        make_directory(options.output)
-        found.save_scene(options.output / "identified.toml")
-        resonance_figure(found, options.output / "resonances.png")
-
-
-def _columns(options: argparse.Namespace) -> dict[str, str]:
-    """What columns of a measurement are called, by what they are."""
-    found = {}
-    for part in filter(None, (options.columns or "").split(",")):
-        quantity, sign, name = part.partition("=")
-        if not sign:
-            raise FileError(f"--columns: found {part!r}; allowed: frequency=NAME,amplitude=NAME")
-        found[quantity.strip()] = name.strip()
-    return found
-
-
 def sensitivity_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_writable
     from nanorom.launch import mpi_rank
@@ -276,33 +242,6 @@ def _names(text: str) -> list[str]:
     return [name.strip() for name in re.split(r",(?![^(]*\))", text)]
 
 
-def peaks_command(options: argparse.Namespace) -> None:
-    from nanorom.files.whole import check_directory, make_directory
-    from nanorom.measurement.data import MeasuredResponse, RingdownRecord, has_time
-    from nanorom.measurement.sweeps.peaks import find_peaks
-    from nanorom.measurement.sweeps.ringdown import fit_ringdown
-    from nanorom.report import peaks as report
-
-    if options.output is not None:
-        check_directory(options.output)
-    columns = _columns(options)
-    if has_time(options.measured[0], columns):
-        for path in options.measured:
-            print(report.ringdown_text(fit_ringdown(RingdownRecord.from_file(path, columns))))
-        return
-    measured = MeasuredResponse.from_files(options.measured, columns)
-    with _progress() as progress:
-        found = find_peaks(measured, progress)
-    print(report.peaks_text(found, measured.left_out))
-    if options.output is not None:
-        from nanorom.plots import peaks_figure
-
-        make_directory(options.output)
-        report.save_table(found, options.output / "peaks.csv")
-        for number, peak in enumerate(found, 1):
-            peaks_figure(peak, options.output / f"peak-{number}.png")
-
-
 def plot_command(options: argparse.Namespace) -> None:
     from nanorom.files import stored
     from nanorom.files.whole import check_directory, make_directory
@@ -312,9 +251,10 @@ def plot_command(options: argparse.Namespace) -> None:
     kind, content = _load(options.file)
     measured = None
     if options.data is not None:
+        from nanorom.cli.measured import columns
         from nanorom.measurement.data import MeasuredResponse
 
-        measured = MeasuredResponse.from_files(options.data, _columns(options))
+        measured = MeasuredResponse.from_files(options.data, columns(options))
     make_directory(directory)
     if options.read is not None:
         from nanorom.plots.files import draw_reading
