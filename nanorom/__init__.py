@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nanorom.design.study import study
+    from nanorom.devices.study import study
     from nanorom.errors import NanoromError
     from nanorom.measurement.device.identify import identify_sweeps
     from nanorom.results.loadcurve import LoadCurve
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
-    "design.study": ("study",),
+    "devices.study": ("study",),
     "errors": ("NanoromError",),
     "measurement.device.identify": ("identify_sweeps",),
     "results.loadcurve": ("LoadCurve",),

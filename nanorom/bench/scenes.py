@@ -17,9 +17,10 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from nanorom.bench import bounded, kept
+from nanorom.bench import bounded, report
 from nanorom.errors import AccuracyWarning, NanoromError
 from nanorom.fem.mesh.gmsh import MESHES
+from nanorom.files.lines import Lines
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import Disc, Geometry, MeshFile, Rectangle, String
@@ -27,6 +28,7 @@ from nanorom.scene.load import Load
 from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Kind, Spring, Support, deflection_of
+from nanorom.version import version
 from nanorom.workflow import reduce
 
 SEED, COUNT, FEW = 16, 200, 4
@@ -82,13 +84,21 @@ class Summary:
 def rows(path: Path, quick: bool = False) -> Iterator[Drawn]:
     """Scenes by their numbers, each in a process of its own with bounds, or a few quick ones.
 
-    What the file ``path`` holds is taken from there, what it lacks is added: hours of computation
-    may be interrupted.
+    The file ``path`` is written at the end; until then rows are kept beside it, and gone on from:
+    hours of computation may be interrupted.
     """
     if quick:
         yield from (held(number, drawn(number)) for number in range(FEW))
         return
-    yield from kept.rows(path, Drawn, range(COUNT), within_bounds)
+    names = [field.name for field in attrs.fields(Drawn)]
+    kept = Lines(path, repr((version(), SEED, names)))
+    solved = kept.each(range(COUNT), lambda number: attrs.asdict(within_bounds(number)))
+    found = []
+    for row in solved:
+        found.append(Drawn(**row))
+        yield found[-1]
+    report.write_csv(found, path)
+    kept.finished()
 
 
 def within_bounds(number: int) -> Drawn:

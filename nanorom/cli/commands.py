@@ -4,64 +4,33 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from nanorom.cli.given import (
+    columns_of,
+    groups_of,
+    integer,
+    load,
+    names_of,
+    number,
+    progress_bar,
+    scene_of,
+)
 from nanorom.errors import FileError, NanoromError
 
 MOST_POINTS = 1000  # of a load curve
-
-
-def _scene(options: argparse.Namespace) -> Any:
-    from nanorom.scene.scene import Scene
-
-    return Scene.from_file(options.scene).with_(
-        method=options.method,
-        in_plane=options.in_plane,
-        solver=options.solver,
-        modes=None if options.modes is None else _modes(options.modes),
-        tolerance=options.tolerance,
-        degree=None if options.degree is None else _integer("--degree", options.degree),
-        mesh_size=_number(options.mesh_size),
-    )
-
-
-def _modes(text: str) -> int | list[int]:
-    numbers = [_integer("--modes", part) for part in text.split(",")]
-    return numbers if "," in text else numbers[0]
-
-
-def _integer(option: str, text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise NanoromError(f"{option}: found {text!r}; allowed: whole numbers") from None
-
-
-def _groups(options: argparse.Namespace) -> int | None:
-    return None if options.groups is None else _integer("--groups", options.groups)
-
-
-def _number(text: str | None) -> str | float | None:
-    """A plain number is in SI, as in a scene file; anything else carries its unit."""
-    try:
-        return text if text is None else float(text)
-    except ValueError:  # with its unit, which is read later
-        return text
 
 
 def run_command(options: argparse.Namespace) -> None:
     from nanorom.launch import mpi_rank
     from nanorom.workflow import run
 
-    scene = _scene(options)
+    scene = scene_of(options)
     directory = options.output or Path("results") / options.scene.stem
-    with _progress() as progress:
-        summary = run(scene, directory, progress, groups=_groups(options))
+    with progress_bar() as progress:
+        summary = run(scene, directory, progress, groups=groups_of(options))
     if summary is not None and mpi_rank() == 0:
         total = sum(summary["seconds"].values())
         print(f"results in {directory} after {total:.1f} s")
@@ -70,17 +39,17 @@ def run_command(options: argparse.Namespace) -> None:
 def plan_command(options: argparse.Namespace) -> None:
     from nanorom.workflow import plan
 
-    print(plan(_scene(options)))
+    print(plan(scene_of(options)))
 
 
 def reduce_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_writable
     from nanorom.workflow import reduce
 
-    scene = _scene(options)
+    scene = scene_of(options)
     check_writable(options.output)
-    with _progress() as progress:
-        reduce(scene, progress, options.output, _groups(options))
+    with progress_bar() as progress:
+        reduce(scene, progress, options.output, groups_of(options))
 
 
 def tune_command(options: argparse.Namespace) -> None:
@@ -88,14 +57,14 @@ def tune_command(options: argparse.Namespace) -> None:
     from nanorom.launch import mpi_rank
     from nanorom.workflow import tune
 
-    points = _integer("--points", options.points)
+    points = integer("--points", options.points)
     if not 2 <= points <= MOST_POINTS:
         raise NanoromError(f"--points: found {points}; allowed: 2 to {MOST_POINTS}")
-    scene = _scene(options)
+    scene = scene_of(options)
     files = [options.output.with_suffix(suffix) for suffix in (".h5", ".csv", ".png")]
     for file in files:
         check_writable(file)
-    with _progress() as progress:
+    with progress_bar() as progress:
         curve = tune(scene, points, progress)
     if mpi_rank() == 0:
         from nanorom.plots import load_curve
@@ -110,12 +79,12 @@ def verify_command(options: argparse.Namespace) -> None:
     from nanorom.launch import mpi_rank
     from nanorom.workflow import verify
 
-    points = _integer("--points", options.points)
+    points = integer("--points", options.points)
     if not 1 <= points <= MOST_POINTS:
         raise NanoromError(f"--points: found {points}; allowed: 1 to {MOST_POINTS}")
-    level = None if options.level is None else _integer("--level", options.level)
-    scene = _scene(options)
-    with _progress() as progress:
+    level = None if options.level is None else integer("--level", options.level)
+    scene = scene_of(options)
+    with progress_bar() as progress:
         found = verify(
             scene,
             options.response,
@@ -135,7 +104,7 @@ def verify_command(options: argparse.Namespace) -> None:
 def info_command(options: argparse.Namespace) -> None:
     from nanorom.files import stored
 
-    kind, content = _load(options.file)
+    kind, content = load(options.file)
     print(stored.call(kind.text, content))
 
 
@@ -148,7 +117,7 @@ def respond_command(options: argparse.Namespace) -> None:
     check_writable(options.output)
     excitation = Excitation.from_file(options.sweep)
     model = ReducedModel.load(options.model)
-    with _progress() as progress:
+    with progress_bar() as progress:
         respond(
             model,
             excitation.drive,
@@ -169,12 +138,12 @@ def export_command(options: argparse.Namespace) -> None:
     if options.to not in FORMATS:
         raise FileError(f"--to: found {options.to!r}; allowed: {', '.join(FORMATS)}")
     target = options.output or options.model.with_suffix(FORMATS[options.to].suffix)
-    _, content = _load(options.model)
+    _, content = load(options.model)
     if isinstance(content, Response) and FORMATS[options.to].motion:
         from nanorom.results.beside import model_beside
 
         model = model_beside(content, options.model)
-        orbit = export.orbit_of(content, options.level, _number(options.at))
+        orbit = export.orbit_of(content, options.level, number(options.at))
         print(export.export_motion(model, orbit, options.to, target))
         return
     if isinstance(content, Response):
@@ -182,7 +151,7 @@ def export_command(options: argparse.Namespace) -> None:
         return
     if not isinstance(content, ReducedModel):
         raise FileError(f"{options.model}: export is for a rom.h5 or a response.h5")
-    omega: Any = options.omega and [_number(end) for end in options.omega]
+    omega: Any = options.omega and [number(end) for end in options.omega]
     written = export.export_model(
         content,
         options.to,
@@ -190,8 +159,8 @@ def export_command(options: argparse.Namespace) -> None:
         None if options.sweep is None else Excitation.from_file(options.sweep),
         level=options.level,
         omega=omega,
-        direct=_number(options.direct),
-        parametric=_number(options.parametric),
+        direct=number(options.direct),
+        parametric=number(options.parametric),
     )
     print(written)
 
@@ -202,9 +171,9 @@ def effective_command(options: argparse.Namespace) -> None:
     from nanorom.rom.model import ReducedModel
     from nanorom.scene.units import to_si
 
-    order = _integer("--order", options.order)
+    order = integer("--order", options.order)
     mode = int(options.mode) if options.mode.isdecimal() else options.mode
-    reach = None if options.reach is None else to_si(_number(options.reach), "m", "--reach")
+    reach = None if options.reach is None else to_si(number(options.reach), "m", "--reach")
     if options.output is not None:
         check_writable(options.output)
     found = effective(ReducedModel.load(options.model), mode, order, reach)
@@ -224,9 +193,9 @@ def sensitivity_command(options: argparse.Namespace) -> None:
 
     if options.output is not None:
         check_writable(options.output)
-    of, by = (None if names is None else _names(names) for names in (options.of, options.by))
-    scene = _scene(options)
-    with _progress() as progress:
+    of, by = (None if names is None else names_of(names) for names in (options.of, options.by))
+    scene = scene_of(options)
+    with progress_bar() as progress:
         found = sensitivity(scene, of, by, progress)
     if mpi_rank() == 0:
         print(sensitivity_text(found))
@@ -237,24 +206,18 @@ def sensitivity_command(options: argparse.Namespace) -> None:
             sensitivity_figure(found, options.output.with_suffix(".png"))
 
 
-def _names(text: str) -> list[str]:
-    """Names between commas; those within brackets belong to a name."""
-    return [name.strip() for name in re.split(r",(?![^(]*\))", text)]
-
-
 def plot_command(options: argparse.Namespace) -> None:
     from nanorom.files import stored
     from nanorom.files.whole import check_directory, make_directory
 
     directory = options.file.parent if options.output is None else options.output
     check_directory(directory)
-    kind, content = _load(options.file)
+    kind, content = load(options.file)
     measured = None
     if options.data is not None:
-        from nanorom.cli.measured import columns
         from nanorom.measurement.data import MeasuredResponse
 
-        measured = MeasuredResponse.from_files(options.data, columns(options))
+        measured = MeasuredResponse.from_files(options.data, columns_of(options))
     make_directory(directory)
     if options.read is not None:
         from nanorom.plots.files import draw_reading
@@ -285,28 +248,3 @@ def bench_command(options: argparse.Namespace) -> None:
     from nanorom.bench import command
 
     command.run(options.output, options.what or "speed", options.quick)
-
-
-def _load(path: Path) -> tuple[Any, Any]:
-    """The kind of a file and what it holds."""
-    from nanorom.files import stored
-
-    kind = stored.kind_of(path)
-    return kind, stored.call(kind.load, path)
-
-
-@contextmanager
-def _progress() -> Iterator[Any]:
-    """A callable(stage, done, total) that draws a bar, or None where nobody would see it."""
-    from nanorom.launch import mpi_rank
-
-    if mpi_rank() != 0 or not sys.stderr.isatty():
-        yield None
-        return
-    from tqdm import tqdm
-
-    from nanorom.launch import bar
-
-    shown = "{desc}: {n_fmt}/{total_fmt} [{elapsed}]"
-    with bar(tqdm, file=sys.stderr, bar_format=shown) as show:
-        yield show

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from nanorom.cli.commands import _integer, _progress
+from nanorom.cli.given import integer, progress_bar
 
 
 def sweep_command(options: argparse.Namespace) -> None:
-    from nanorom.design.request import Request
-    from nanorom.design.study import carry_out
+    from nanorom.devices.request import Request
+    from nanorom.devices.study import carry_out
     from nanorom.files.whole import check_writable
     from nanorom.report.study import study_text
 
@@ -19,9 +19,9 @@ def sweep_command(options: argparse.Namespace) -> None:
         check_writable(file)
     processes = None
     if options.processes is not None:
-        processes = _integer("--processes", options.processes)
+        processes = integer("--processes", options.processes)
     request = Request.read(options.scene, options.study)
-    with _progress() as progress:
+    with progress_bar() as progress:
         found = carry_out(request, processes, files[0], progress)
     from nanorom.plots import study_figure
 

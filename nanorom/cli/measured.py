@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from nanorom.cli.commands import _names, _progress
+from nanorom.cli.given import columns_of, names_of, progress_bar
 from nanorom.errors import FileError
 
 
@@ -20,7 +20,7 @@ def identify_command(options: argparse.Namespace) -> None:
     if options.output is not None:
         check_directory(options.output)
     scene = Scene.from_file(options.scene)
-    if is_sweep(options.measured[0], columns(options)):
+    if is_sweep(options.measured[0], columns_of(options)):
         identify_from_sweeps(scene, options)
         return
     if len(options.measured) > 1 or options.labels is not None:
@@ -28,8 +28,8 @@ def identify_command(options: argparse.Namespace) -> None:
             f"{options.measured[0]}: found resonances without amplitudes; allowed: one such table, "
             "without --labels"
         )
-    measured = Resonances.from_file(options.measured[0], columns(options))
-    unknowns = USUAL if options.unknowns is None else _names(options.unknowns)
+    measured = Resonances.from_file(options.measured[0], columns_of(options))
+    unknowns = USUAL if options.unknowns is None else names_of(options.unknowns)
     found = identify(scene, measured, unknowns)
     print(report.identification_text(found))
     if options.output is not None:
@@ -46,11 +46,11 @@ def identify_from_sweeps(scene: Any, options: argparse.Namespace) -> None:
     from nanorom.measurement.device.identify import identify_sweeps
     from nanorom.report.device import device_text
 
-    measured = MeasuredResponse.from_files(options.measured, columns(options))
+    measured = MeasuredResponse.from_files(options.measured, columns_of(options))
     unknowns, labels = (
-        None if names is None else _names(names) for names in (options.unknowns, options.labels)
+        None if given is None else names_of(given) for given in (options.unknowns, options.labels)
     )
-    with _progress() as progress:
+    with progress_bar() as progress:
         found = identify_sweeps(scene, measured, unknowns, labels=labels or (), progress=progress)
     print(device_text(found))
     if options.output is not None:
@@ -59,17 +59,6 @@ def identify_from_sweeps(scene: Any, options: argparse.Namespace) -> None:
         make_directory(options.output)
         found.save_scene(options.output / "identified.toml")
         device_figure(found, options.output / "sweeps.png")
-
-
-def columns(options: argparse.Namespace) -> dict[str, str]:
-    """What columns of a measurement are called, by what they are."""
-    found = {}
-    for part in filter(None, (options.columns or "").split(",")):
-        quantity, sign, name = part.partition("=")
-        if not sign:
-            raise FileError(f"--columns: found {part!r}; allowed: frequency=NAME,amplitude=NAME")
-        found[quantity.strip()] = name.strip()
-    return found
 
 
 def peaks_command(options: argparse.Namespace) -> None:
@@ -81,13 +70,13 @@ def peaks_command(options: argparse.Namespace) -> None:
 
     if options.output is not None:
         check_directory(options.output)
-    named = columns(options)
+    named = columns_of(options)
     if has_time(options.measured[0], named):
         for path in options.measured:
             print(report.ringdown_text(fit_ringdown(RingdownRecord.from_file(path, named))))
         return
     measured = MeasuredResponse.from_files(options.measured, named)
-    with _progress() as progress:
+    with progress_bar() as progress:
         found = find_peaks(measured, progress)
     print(report.peaks_text(found, measured.left_out))
     if options.output is not None:

@@ -6,6 +6,7 @@ A run that is killed leaves ``OUTPUT.partial``; a line that was being written is
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,15 @@ class Lines:
                     file.write(json.dumps({"row": row, "found": found}).encode() + b"\n")
             except OSError as error:
                 raise FileError(f"{self._path}: cannot be written: {error.strerror}") from None
+
+    def each(
+        self, rows: Iterable[int], solve: Callable[[int], dict[str, Any]]
+    ) -> Iterator[dict[str, Any]]:
+        """Rows by their numbers: those that are kept, else solved and kept; raises FileError."""
+        for row in rows:
+            if row not in self.found:
+                self.keep(row, solve(row))
+            yield self.found[row]
 
     def finished(self) -> None:
         """Remove the rows: the output has been written."""

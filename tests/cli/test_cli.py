@@ -185,13 +185,13 @@ def test_warning_is_one_line_and_no_failure(rom, monkeypatch, capsys):
     from nanorom.cli import commands
     from nanorom.errors import AccuracyWarning
 
-    load = commands._load
+    load = commands.load
 
     def warn(path):
         warnings.warn("less\naccurate", AccuracyWarning, stacklevel=1)
         return load(path)
 
-    monkeypatch.setattr(commands, "_load", warn)
+    monkeypatch.setattr(commands, "load", warn)
     assert main(["info", str(rom)]) == 0
     assert capsys.readouterr().err == "nanorom: warning: less accurate\n"
 
@@ -208,6 +208,6 @@ def test_interrupt_is_one_line(monkeypatch, capsys):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("nanorom.cli.commands._load", interrupt)
+    monkeypatch.setattr("nanorom.cli.commands.load", interrupt)
     assert main(["info", "rom.h5"]) == 130
     assert capsys.readouterr().err == "nanorom: error: interrupted\n"

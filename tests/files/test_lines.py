@@ -41,3 +41,17 @@ def test_nothing_is_left_when_the_output_is_written(tmp_path):
     partial = left(tmp_path / "study.h5")
     Lines(tmp_path / "study.h5", "key").finished()
     assert not partial.exists()
+
+
+def test_rows_that_are_kept_are_not_solved_again(tmp_path):
+    solved = []
+
+    def solve(row):
+        solved.append(row)
+        return {"value": row / 7, "word": f'told, "{row}"', "none": float("inf")}
+
+    first = Lines(tmp_path / "rows.csv", "key").each(range(4), solve)
+    assert [next(first)["value"], next(first)["value"]] == [0, 1 / 7]
+    rows = list(Lines(tmp_path / "rows.csv", "key").each(range(4), solve))
+    assert solved == [0, 1, 2, 3]
+    assert rows == [solve(row) for row in range(4)]

@@ -132,6 +132,8 @@ def _check_statements(file: Path, content: bytes) -> None:
             f"{file}: line {line}: found {what}, which is not run: a "
             "geometry file may not start commands, touch other files or stop gmsh"
         )
+    if text.rpartition("\n")[2].strip():  # gmsh drops it without a word
+        raise MeshError(f"{file}: its last line has no line break, and gmsh would leave it out")
 
 
 def _try(file: Path, memory: int) -> None:

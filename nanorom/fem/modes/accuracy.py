@@ -43,18 +43,20 @@ TENSOR = np.array([1.0, 1.0, np.sqrt(2.0)])  # from (xx, yy, 2 xy) to a basis of
 class ModeErrors:
     """Estimated relative errors (n,) of modes: frequency, its part from rounding, averages, scale.
 
-    average: of integrals over the shape; scale: of the value at its peak, to which it is scaled.
+    average: of integrals over the shape; scale: of the value at its peak, to which it is scaled;
+    mixing: the part of average that modes of nearly one frequency cause, which errors turn into
+    each other.
     """
 
     frequency: np.ndarray
     rounding: np.ndarray
     average: np.ndarray
     scale: np.ndarray
+    mixing: np.ndarray
 
     def take(self, index: np.ndarray) -> ModeErrors:
         """Those of some of the modes."""
-        parts = (self.frequency, self.rounding, self.average, self.scale)
-        return ModeErrors(*(part[index] for part in parts))
+        return ModeErrors(*(part[index] for part in attrs.astuple(self, recurse=False)))
 
 
 def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
@@ -80,10 +82,10 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     scale = POINTWISE * _at_peaks(plate, modes.shapes)
     rounding = rounding * whole / total_energy
     frequency = 0.5 * FREQUENCY * beyond / total_energy + rounding
-    average += _mixing(modes, frequency)
+    mixing = _mixing(modes, frequency)
     if modes.shift is not None:
         frequency += modes.shift
-    return ModeErrors(frequency, rounding, average, scale)
+    return ModeErrors(frequency, rounding, average + mixing, scale, mixing)
 
 
 def _mixing(modes: Modes, frequency: np.ndarray) -> np.ndarray:

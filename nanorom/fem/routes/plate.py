@@ -88,6 +88,11 @@ class Solution:
         """The part of it that no mesh makes smaller."""
         return float(self.diagnostics["error_rounding"])
 
+    @property
+    def mixing(self) -> float:
+        """The part of it that modes of nearly one frequency cause, see `accuracy.ModeErrors`."""
+        return float(self.diagnostics["error_mixing"])
+
     def discard(self, team: Team) -> None:
         """Free what is not referred to any more of the films before this one. Collective."""
         compat.free_memory(team.within, self.modes.mass.comm.tompi4py())
@@ -168,6 +173,7 @@ def error_estimates(
         "error_frequencies": frequency,
         "error_tensor": of_shapes + of_stiffness + of_state + missed,
         "error_rounding": float(errors.rounding.max()),
+        "error_mixing": float(errors.mixing.max()),
     }
 
 

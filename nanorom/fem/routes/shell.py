@@ -57,6 +57,7 @@ class Solution:
     names: list[str]
     error: float
     rounding: float = 0.0
+    mixing: float = 0.0
 
 
 class ShellRoute(Route):

@@ -16,7 +16,9 @@ from nanorom.scene.scene import Scene
 
 
 class Attempt(Protocol):
-    """A solution on one mesh: its estimated error, and the part of it that no mesh makes less."""
+    """A solution on one mesh: its estimated error, the part of it that no mesh makes less, and that
+    which modes of nearly one frequency cause.
+    """
 
     @property
     def error(self) -> float: ...
@@ -24,8 +26,13 @@ class Attempt(Protocol):
     @property
     def rounding(self) -> float: ...
 
+    @property
+    def mixing(self) -> float: ...
+
 
 Solved = TypeVar("Solved", bound=Attempt)
+
+LEAST_AIM = 1e-16  # below the rounding of a number: no mesh is made for it
 
 
 @attrs.frozen
@@ -55,13 +62,18 @@ def solved_to_tolerance(
     tolerance = aim = scene.accuracy.tolerance
     if tolerance is None or aim is None:
         return solve(None)
-    best, broken = solve(aim), ""
+    best, broken, slow = solve(aim), "", False
     last = best
+    before: tuple[float, float] | None = None  # aim and error of the mesh before
     for _ in range(how.most - 1):
         if last.error <= tolerance:
             return last
         if last.rounding > tolerance / 2 or not can_refine(scene):
             break
+        slow = before is not None and needed_aim(*before, aim, last.error, tolerance) < LEAST_AIM
+        if slow:
+            break
+        before = aim, last.error
         aim = power_below(aim * min(how.finer, tolerance / last.error))
         discard(last)
         try:
@@ -72,7 +84,8 @@ def solved_to_tolerance(
         best = min(best, last, key=lambda solution: solution.error)
     if best.error > tolerance:
         rounding = f" (of which rounding {best.rounding:.1e})" if best.rounding else ""
-        told = f"{how.told} {best.error:.1e}{rounding}{broken}; {_remedy(scene, best, tolerance)}"
+        remedy = _remedy(scene, best, tolerance, slow)
+        told = f"{how.told} {best.error:.1e}{rounding}{broken}; {remedy}"
         warnings.warn(
             f"tolerance {tolerance:g} is not met: {told}",
             AccuracyWarning,
@@ -81,9 +94,34 @@ def solved_to_tolerance(
     return best
 
 
-def _remedy(scene: Scene, best: Attempt, tolerance: float) -> str:
+def needed_aim(
+    coarse_aim: float, coarse: float, aim: float, error: float, tolerance: float
+) -> float:
+    """What a mesh must be made for to meet a tolerance, by the errors of two, each with its aim.
+
+    Where the second has the larger error that is not known: infinite.
+    """
+    if error >= coarse:
+        return np.inf
+    order = np.log(error / coarse) / np.log(aim / coarse_aim)
+    return float(np.exp(np.log(aim) + np.log(tolerance / error) / order))
+
+
+def _remedy(scene: Scene, best: Attempt, tolerance: float, slow: bool) -> str:
     """What to do about a tolerance that is not met."""
     met = f"accuracy.tolerance = {_rounded_up(best.error):g} is met"
+    if best.mixing > tolerance / 2:
+        return (
+            "modes whose frequencies differ by less than their errors (an exact pair?) may be any "
+            "combinations of each other, and so may their entries of the tensor, which together "
+            f"are right to {best.error - best.mixing:.1e}; ask for none of them, or for a tension "
+            "that separates them"
+        )
+    if slow:
+        return (
+            "finer meshes hardly make it smaller, as where the film's strain is infinite at a sharp"
+            f" re-entrant corner: round such corners; {met}"
+        )
     if best.rounding > tolerance / 2:
         return f"no mesh has more digits; {met}"
     if not can_refine(scene):

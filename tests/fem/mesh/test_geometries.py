@@ -65,3 +65,10 @@ def test_file_without_a_surface_is_refused_by_name(tmp_path, name):
     file.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" if name.endswith("msh") else "")
     with pytest.raises(MeshError, match=f"{name}: no surface"):
         mesh.build(MPI.COMM_WORLD, gmsh.GmshFile(file))
+
+
+def test_last_line_that_gmsh_would_leave_out_is_told(tmp_path):
+    file = tmp_path / "film.geo"
+    file.write_text((gmsh.MESHES / "drum.geo").read_text().rstrip())
+    with pytest.raises(MeshError, match="its last line has no line break"):
+        mesh.build(MPI.COMM_WORLD, gmsh.GmshFile(file))

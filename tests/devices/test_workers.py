@@ -2,7 +2,7 @@
 
 import pytest
 
-from nanorom.design.workers import each
+from nanorom.devices.workers import each
 
 MORTAL = """
 import json, os, sys, time

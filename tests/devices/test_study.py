@@ -5,7 +5,7 @@ import pytest
 from scipy.special import jn_zeros
 
 import nanorom
-from nanorom.design import study as room
+from nanorom.devices import study as room
 from nanorom.errors import NanoromError
 from nanorom.report.study import study_text
 from nanorom.results.study import Study

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nanorom.design.request import Request
-from nanorom.design.variation import variations
+from nanorom.devices.request import Request
+from nanorom.devices.sampling import Sampling
+from nanorom.devices.variation import variations
 from nanorom.errors import NanoromError
 from nanorom.scene.scene import Scene
 from tests.conftest import DRUM
@@ -16,7 +17,7 @@ SCENE = Scene.from_toml(DRUM)
 
 
 def asked(vary, **more):
-    return Request.of_table(SCENE, vary, ["f1"], **more)
+    return Request.of_table(SCENE, vary, ["f1"], Sampling(**more))
 
 
 def test_grids_are_products_whose_last_key_is_fastest():

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import itertools
 import json
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import attrs
 import numpy as np
-from scipy.stats import qmc
 
-from nanorom.design.variation import MOST, Variation, variations
+from nanorom.devices.sampling import Sampling
+from nanorom.devices.variation import Variation, variations
 from nanorom.errors import NanoromError, SceneError
 from nanorom.rom import quantities
 from nanorom.scene import fields as v
@@ -25,9 +23,9 @@ from nanorom.scene.units import wrong
 from nanorom.types import Array
 from nanorom.version import version
 
-METHODS = ("sobol", "latin", "random")
 SECONDS = 600.0  # s that one device may take
-KEYS = ("vary", "of", "samples", "method", "seed", "seconds")
+DRAWN = tuple(field.name for field in attrs.fields(Sampling))
+KEYS = ("vary", "of", *DRAWN, "seconds")
 
 
 @attrs.frozen(eq=False)
@@ -54,7 +52,8 @@ class Request:
                 if key not in KEYS:
                     hint = v.did_you_mean(key, KEYS)
                     raise SceneError(f"{key}: unknown key{hint}; allowed: {', '.join(KEYS)}")
-            return cls.of_table(scene, given.pop("vary", {}), **given)
+            sampling = Sampling(**{key: given.pop(key) for key in DRAWN if key in given})
+            return cls.of_table(scene, given.pop("vary", {}), sampling=sampling, **given)
         except NanoromError as error:
             raise SceneError(f"{path}: {error}") from None
 
@@ -64,15 +63,13 @@ class Request:
         scene: Scene | str | Path,
         vary: Mapping[str, Any],
         of: Sequence[str] | None = None,
-        samples: int | None = None,
-        method: str = "sobol",
-        seed: int = 0,
+        sampling: Sampling | None = None,
         seconds: float = SECONDS,
     ) -> Request:
         """What keys of a study file say; raises SceneError, ModelError for a name of ``of``."""
         document, directory = _tables(scene)
         varied = variations(vary)
-        rows = _rows(varied, samples, v.read_choice(method, "method", METHODS), seed)
+        rows = (sampling or Sampling()).rows(varied)
         seconds = v.read_quantity(seconds, "1", "seconds", v.POSITIVE)
         request = cls(document, directory, varied, rows, (), seconds)
         first = request.first_valid()
@@ -140,50 +137,6 @@ def _tables(scene: Scene | str | Path) -> tuple[dict[str, Any], Path]:
         return v.parse_toml(text), path.parent
     except SceneError as error:
         raise SceneError(f"{path}: {error}") from None
-
-
-def _rows(
-    varied: list[Variation], samples: int | None, method: str, seed: int
-) -> list[tuple[Any, ...]]:
-    """Every point of the grid with every sample, the last key of the grid fastest."""
-    drawn = [variation for variation in varied if variation.quantile is not None]
-    if drawn and samples is None:
-        raise SceneError(f"samples: missing; {drawn[0].key} is drawn, how often?")
-    if not drawn and samples is not None:
-        raise SceneError("samples: found beside grids alone; allowed with a key that is drawn")
-    count = 1 if samples is None else v.read_integer(samples, "samples", 1, MOST)
-    grids = [range(len(variation.values) or 1) for variation in varied]
-    size = count * int(np.prod([len(grid) for grid in grids], dtype=float))
-    if size > MOST:
-        raise SceneError(f"vary: found {size} rows; allowed: at most {MOST}")
-    table = _drawn(drawn, count, method, v.read_integer(seed, "seed", 0, 2**32 - 1))
-    rows = []
-    for places in itertools.product(*grids):
-        for sample in table:
-            numbers = iter(sample.tolist())
-            rows.append(
-                tuple(
-                    next(numbers) if each.quantile is not None else each.values[place]
-                    for each, place in zip(varied, places)
-                )
-            )
-    return rows
-
-
-def _drawn(drawn: list[Variation], count: int, method: str, seed: int) -> Array:
-    """Samples (count, d) in SI."""
-    if not drawn:
-        return np.empty((count, 0))
-    if method == "random":
-        shares = np.random.default_rng(seed).random((count, len(drawn)))
-    elif method == "latin":
-        shares = qmc.LatinHypercube(len(drawn), seed=seed).random(count)
-    else:
-        with warnings.catch_warnings():  # counts that are no power of two serve as well here
-            warnings.filterwarnings("ignore", message=".*balance properties")
-            shares = qmc.Sobol(len(drawn), seed=seed).random(count)
-    columns = [each.quantile(share) for each, share in zip(drawn, shares.T) if each.quantile]
-    return np.column_stack(columns)
 
 
 def _names(of: Sequence[str] | None, scene: Scene) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from typing import Any
 
 import attrs
 
-MODULE = "nanorom.design.worker"
+MODULE = "nanorom.devices.worker"
 PIECE = 65536  # bytes of an answer that are read at once
 Job = tuple[int, dict[str, Any]]  # number, what is asked
 

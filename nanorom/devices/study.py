@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from nanorom.continuation.diagrams.levels import cores
-from nanorom.design.request import SECONDS, Request
-from nanorom.design.workers import Job, each
+from nanorom.devices.request import SECONDS, Request
+from nanorom.devices.sampling import Sampling
+from nanorom.devices.workers import Job, each
 from nanorom.errors import NanoromError, SceneError
 from nanorom.files.lines import Lines
 from nanorom.files.whole import check_writable
@@ -51,7 +52,7 @@ def study(
     interrupted (those that failed are tried again).  Raises SceneError, ModelError for what is
     asked, FileError if the table cannot be written, NanoromError under MPI.
     """
-    request = Request.of_table(scene, vary, of, samples, method, seed, seconds)
+    request = Request.of_table(scene, vary, of, Sampling(samples, method, seed), seconds)
     return carry_out(request, processes, path, progress)
 
 
