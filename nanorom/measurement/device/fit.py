@@ -29,6 +29,8 @@ STEPS, ROUNDS = 12, 3  # of the descent, and how often the noise is measured ane
 HALVINGS = 5
 SETTLED = 0.05  # of its standard deviation: a step below it ends the descent
 UNDETERMINED = 1e-5  # singular value, relative, of a direction that the data do not tell
+CLIPPED, NOISE_ROUNDS = 2.5, 8  # deviations beyond which a difference counts no more
+KEPT = 0.9776  # of the variance of a normal distribution that is so clipped
 LEAST_NOISE = 1e-4  # of an amplitude: what the harmonics left out
 FREE = 1e-9
 
@@ -275,8 +277,11 @@ class DeviceFit:
             data = np.concatenate([self.parts[i].trace.amplitude for i in own])
             largest = float(sizes.max())
             sizes, misses = sizes / largest, np.abs(data - sizes) / largest
-            usual = GAUSSIAN * np.median(misses / (sizes + 0.1))
-            floor, share = variance(sizes, np.minimum(misses, 3 * usual * (sizes + 0.1)))
+            most = CLIPPED * GAUSSIAN * float(np.median(misses / (sizes + 1))) * (sizes + 1)
+            for _ in range(NOISE_ROUNDS):
+                floor, share = variance(sizes, np.minimum(misses, most))
+                floor, share = floor / KEPT, share / KEPT
+                most = CLIPPED * np.sqrt(floor + share * sizes**2)
             self.noise[place] = largest * float(np.sqrt(floor)), float(np.sqrt(share))
 
     # -- descent ----------------------------------------------------------------------------------

@@ -53,7 +53,7 @@ def clean():
 
 @pytest.fixture(scope="module")
 def found(clean):
-    return nanorom.identify_sweeps(guess(), noisy(clean, NOISE, 1), UNKNOWNS)
+    return nanorom.identify_sweeps(guess(), noisy(clean, NOISE, 2), UNKNOWNS)
 
 
 def test_modulus_is_that_of_davidovikj_et_al(found):
@@ -70,7 +70,7 @@ def test_modulus_is_that_of_davidovikj_et_al(found):
 
 
 def test_outliers_and_a_wrong_start_change_little(clean, found):
-    data = with_outliers(noisy(clean, NOISE, 1), 0.05, 2)
+    data = with_outliers(noisy(clean, NOISE, 2), 0.05, 2)
     wrong = guess(material=nanorom.Material(2e11, POISSON, DENSITY), tension=nanorom.Tension(0.4))
     other = nanorom.identify_sweeps(wrong, data, UNKNOWNS)
     for title, estimate in found.estimate.items():
@@ -78,7 +78,7 @@ def test_outliers_and_a_wrong_start_change_little(clean, found):
 
 
 def test_what_arbitrary_units_leave_open_is_told(clean):
-    traces = [attrs.evolve(t, amplitude=3e5 * t.amplitude) for t in noisy(clean, NOISE, 1).traces]
+    traces = [attrs.evolve(t, amplitude=3e5 * t.amplitude) for t in noisy(clean, NOISE, 2).traces]
     data = MeasuredResponse(tuple(traces), "mV")
     found = nanorom.identify_sweeps(guess(), data, [*UNKNOWNS, "readout"])
     (left,) = found.open
@@ -105,7 +105,7 @@ def test_command_reads_files_and_leaves_scene_and_picture(clean, tmp_path, monke
     monkeypatch.chdir(tmp_path)
     guess(damping=Damping(QUALITY)).with_(modes=1)
     (tmp_path / "scene.toml").write_text(guess().to_toml(), encoding="utf-8")
-    for trace in noisy(clean, NOISE, 1).traces:
+    for trace in noisy(clean, NOISE, 2).traces:
         name = f"drum_{trace.level.replace(' ', '')}_{trace.direction}.csv"
         lines = ["Frequenz (MHz);Amplitude (nm)"]
         lines += [

@@ -23,9 +23,7 @@ def two_modes(time=0.0):
     axes = [np.transpose(tensor, order) for order in _orders()]
     cubic = sum(axes) / len(axes)
     cubic[0, 0, 0, 0], cubic[1, 1, 1, 1] = 1.0, 1.4
-    return Terms(
-        np.array([0.02, 0.025]), np.array([1.0, 1.21]), cubic, np.array([1.0, 0.7]), time
-    )
+    return Terms(np.array([0.02, 0.025]), np.array([1.0, 1.21]), cubic, np.array([1.0, 0.7]), time)
 
 
 def _orders():
