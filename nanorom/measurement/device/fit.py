@@ -22,6 +22,7 @@ from nanorom.measurement.sweeps.fit import BETWEEN, EARLY, GAUSSIAN, ROBUST, var
 from nanorom.types import Array
 
 MARGIN = 2.0  # half widths by which a range is explored beyond its rows
+REACH = 1.2  # beyond a range within which branches that leave it come back
 TOLERANCE = 1e-6  # of orbits: far below the noise
 WAITING = 0.3  # squared deviations for each row beyond the end of a stretch
 NOWHERE = 1e6  # of a row on a stretch that does not reach it
@@ -146,7 +147,9 @@ class DeviceFit:
             cubic_damping=terms.time * terms.cubic if terms.time else None,
         )
         depth = 1 if len(terms.damping) > 1 else 0
-        diagram = explore(system, limits, level, depth=depth, tolerance=TOLERANCE)
+        diagram = explore(
+            system, limits, level, depth=depth, tolerance=TOLERANCE, reach=REACH
+        )
         self.explored += 1
         return stretches(terms, level, diagram, limits)
 

@@ -17,7 +17,7 @@ import attrs
 import numpy as np
 
 from nanorom.errors import AmbiguityWarning, SceneError
-from nanorom.measurement.assignment import assign, plain
+from nanorom.measurement.assignment import assign
 from nanorom.measurement.data import MeasuredResponse, Resonances, Trace
 from nanorom.measurement.device.fit import DeviceFit, Evaluation, Measured, quantile
 from nanorom.measurement.device.parameters import Known, Parameter, Parameters
@@ -25,6 +25,7 @@ from nanorom.measurement.device.request import Request
 from nanorom.measurement.device.start import from_peaks
 from nanorom.measurement.sweeps.peaks import CONFIDENCE, Estimate, Peak, find_peaks, is_alike
 from nanorom.measurement.unknowns import Film
+from nanorom.rom.names import plain
 from nanorom.scene.excitation import Damping
 from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
@@ -146,6 +147,7 @@ def identify_sweeps(
     scene = Scene.of(scene)
     linear = MeasuredResponse.of(measured).linear()
     told = progress or (lambda stage, done, total: None)
+    Request.of(scene, linear, unknowns, 1)  # what makes no sense is refused before anything runs
     peaks = _peaks(linear, told)
     request = Request.of(scene, linear, unknowns, len(peaks))
     told("modes", 0, 1)
@@ -251,11 +253,6 @@ def _parameters(
         else:
             sought.append(Parameter(name, "", float(np.median(values)), units[name]))
         fixed = {k: v for k, v in fixed.items() if k.partition(".")[0] != name}
-    if any(np.isnan(value) for value in fixed.values()):
-        raise SceneError(
-            "damping.quality_factor: missing; allowed: [damping] in the scene, or quality_factor "
-            "among the unknowns"
-        )
     return Parameters(
         scene=scene,
         label=tuple(label),

@@ -14,9 +14,9 @@ import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
-from nanorom.measurement.assignment import plain
 from nanorom.measurement.device.equations import Terms
 from nanorom.measurement.unknowns import Film, Unknown
+from nanorom.rom.names import plain
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
 

@@ -53,6 +53,11 @@ class Request:
                 f"unknowns: found amplitudes in {measured.unit or 'no unit'} without readout; "
                 "allowed: readout or readouts among the unknowns, or lengths"
             )
+        if "quality_factor" not in beside and not (scene.damping and scene.damping.quality_factor):
+            raise SceneError(
+                "damping.quality_factor: missing; allowed: [damping] in the scene, or "
+                "quality_factor among the unknowns"
+            )
         given = list(dict.fromkeys(trace.level for trace in measured.traces))
         pattern = "" if beside.get("drive") or scene.drive is None else scene.drive.direct_pattern
         unit = DIRECT[pattern].unit if pattern in DIRECT else ""

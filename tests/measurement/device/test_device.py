@@ -18,7 +18,7 @@ THEIR_INTERVAL = 45e9  # what they give for the modulus
 DENSITY, POISSON, QUALITY = 2330.0, 0.16, 100.0
 EFFECTIVE = 0.2695  # of a membrane's mass, as J0 has it, J1(j01)^2
 FORCE = 3e-11  # N at the highest level
-LEVELS = {"-14 dBm": 10 ** (-14 / 20), "-6 dBm": 10 ** (-6 / 20), "0 dBm": 1.0}
+LEVELS = {"-12 dBm": 10 ** (-12 / 20), "0 dBm": 1.0}
 NOISE = 0.02
 UNKNOWNS = ["tension", "youngs_modulus", "quality_factor", "drive"]
 
@@ -47,7 +47,7 @@ def clean():
         cubic=[[[[CUBIC]]]],
         direct=[FORCE],
     )
-    rows = [FREQUENCY * np.linspace(0.95, 1.12, 120)]
+    rows = [FREQUENCY * np.linspace(0.96, 1.11, 90)]
     return sweeps(system, rows, LEVELS, np.array([1.0]), "m")
 
 
@@ -60,7 +60,7 @@ def test_modulus_is_that_of_davidovikj_et_al(found):
     modulus = found["youngs_modulus"]
     assert abs(modulus.value - MODULUS) < THEIR_INTERVAL
     assert modulus.holds(MODULUS)
-    assert modulus.interval < 0.02 * MODULUS
+    assert modulus.interval < 0.03 * MODULUS
     assert found["quality_factor"].holds(QUALITY)
     assert found["drive"].holds(FORCE)
     assert not found.misfit
@@ -91,7 +91,7 @@ def test_requests_that_make_no_sense_are_one_line(clean):
     volts = attrs.evolve(clean, unit="mV")
     with pytest.raises(SceneError, match="amplitudes in mV without readout"):
         nanorom.identify_sweeps(guess(), volts, UNKNOWNS)
-    with pytest.raises(SceneError, match="found levels '-14 dBm', .* without drive"):
+    with pytest.raises(SceneError, match="found levels '-12 dBm', .* without drive"):
         nanorom.identify_sweeps(guess(), clean, UNKNOWNS[:3])
     with pytest.raises(SceneError, match="found 'tensoin'; allowed: tension, .*readouts, offset"):
         nanorom.identify_sweeps(guess(), clean, ["tensoin"])
