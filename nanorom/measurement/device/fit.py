@@ -147,9 +147,7 @@ class DeviceFit:
             cubic_damping=terms.time * terms.cubic if terms.time else None,
         )
         depth = 1 if len(terms.damping) > 1 else 0
-        diagram = explore(
-            system, limits, level, depth=depth, tolerance=TOLERANCE, reach=REACH
-        )
+        diagram = explore(system, limits, level, depth=depth, tolerance=TOLERANCE, reach=REACH)
         self.explored += 1
         return stretches(terms, level, diagram, limits)
 

@@ -47,7 +47,7 @@ class Open:
 @attrs.frozen
 class Choice:
     """A model that was tried: name; evidence: -2 log of its likelihood with what its parameters
-    cost, by that of the one taken (0); taken.
+    cost, relative to the one taken, a factor on odds of exp(-evidence/2); taken.
     """
 
     name: str

@@ -118,15 +118,11 @@ def _levels_in(levels: Sequence[str], unit: str) -> dict[str, float] | None:
     found = {}
     for level in levels:
         try:
-            float(level)
-            return None  # a plain number has no unit
-        except ValueError:
-            pass
-        try:
             found[level] = to_si(level, unit, "level")
-        except SceneError:
+        except SceneError:  # of another dimension: then levels are ratios
             return None
-    return found
+    plain = [level for level in levels if level.replace(".", "").strip("+-").isdigit()]
+    return None if plain else found  # a number without a unit is a ratio, too
 
 
 def _ratios(levels: Sequence[str]) -> tuple[dict[str, float], str]:

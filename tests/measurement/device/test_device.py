@@ -35,8 +35,7 @@ def guess(**changes):
     return attrs.evolve(scene, **changes)
 
 
-@pytest.fixture(scope="module")
-def clean():
+def truth_of_one():
     """One mode with the paper's numbers; no finite elements."""
     mass = EFFECTIVE * np.pi * RADIUS**2 * THICKNESS * DENSITY
     omega = 2 * np.pi * FREQUENCY
@@ -49,6 +48,11 @@ def clean():
     )
     rows = [FREQUENCY * np.linspace(0.96, 1.11, 90)]
     return sweeps(system, rows, LEVELS, np.array([1.0]), "m")
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return truth_of_one()
 
 
 @pytest.fixture(scope="module")
