@@ -15,7 +15,8 @@ from nanorom.results.response import Response
 from nanorom.results.verified import Verified
 from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
-from nanorom.verification.assemble import Film, assemble
+from nanorom.verification.assemble import assemble
+from nanorom.verification.assembled import Film
 from nanorom.verification.compare import Comparison, compare
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.stability import Stability
@@ -89,7 +90,7 @@ def _chosen(response: Response, level: int | None, points: int) -> list[Chosen]:
 
 def _with_modes_of(film: Film, response: Response) -> Film:
     """The film, the response's modes being those of its model."""
-    names = film.solution.names
+    names = film.names
     lacking = [label for label in response.label if label not in names]
     if lacking:
         raise SceneError(
@@ -144,7 +145,7 @@ def _table(film: Film, response: Response, chosen: list[Chosen], rows: list[_Row
         versions=compat.versions(),
         label=tuple(response.label),
         frequency=np.asarray(response.frequency),
-        outside_label=tuple(film.solution.names[i] for i in outside),
+        outside_label=tuple(film.names[i] for i in outside),
         level=np.array([c.level for c in chosen], dtype=int),
         direct=levels[:, 0],
         parametric=levels[:, 1],

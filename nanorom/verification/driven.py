@@ -12,8 +12,7 @@ from nanorom.errors import SceneError
 from nanorom.fem.symmetry import Parity
 from nanorom.scene.drive import Drive
 from nanorom.types import Array
-from nanorom.verification import drives
-from nanorom.verification.assemble import Film
+from nanorom.verification.assembled import Film, on_free
 
 
 class DrivenFilm:
@@ -38,7 +37,7 @@ class DrivenFilm:
     def material_time(self) -> float:
         """Relaxation time of the material."""
         assert self.film.scene.damping is not None
-        return self.film.scene.damping.material_time / self.film.time
+        return self.film.scene.damping.material_time / self.film.units.time
 
     @cached_property
     def forces(self) -> dict[Parity, Array]:
@@ -46,7 +45,7 @@ class DrivenFilm:
         if self.direct == 0.0:
             return {}
         scale = self.direct / self.film.units.force
-        found = drives.direct_forces(self.film, self.drive)
+        found = on_free(self.film, self.drive.pattern.force(self.film.work))
         return {parity: scale * force for parity, force in found.items()}
 
     def modulation(self, parity: Parity) -> Any:
@@ -54,8 +53,9 @@ class DrivenFilm:
         if self.parametric == 0.0:
             return None
         if parity not in self._modulation:
-            scale = self.parametric / self.film.scales.tension
-            self._modulation[parity] = scale * drives.modulation(self.film, self.drive, parity)
+            scale, work = self.parametric / self.film.units.stiffness, self.film.work
+            stiffness = self.drive.modulation.stiffness(work, self.drive.pattern.force(work))
+            self._modulation[parity] = scale * stiffness(parity)
         return self._modulation[parity]
 
     @cached_property
@@ -64,14 +64,14 @@ class DrivenFilm:
         film, time = self.film, self.material_time
         count = len(film.parities)
         direct, parametric = np.zeros(count), np.zeros((count, count))
-        for parity in film.plate.mirrors.classes:
+        for parity in film.classes:
             own, shapes = film.of_class(parity), film.shapes(parity)
             if parity in self.forces:
                 direct[own] = shapes.T @ self.forces[parity]
             operator = self.modulation(parity)
             if operator is not None:
                 parametric[np.ix_(own, own)] = -shapes.T @ (operator @ shapes)
-        rates = np.diag(np.sqrt(film.solution.modes.eigenvalues) / film.quality)
+        rates = np.diag(film.rates)
         viscous = time > 0
         return ModalSystem(
             stiffness=self._tensor("stiffness"),
@@ -88,5 +88,4 @@ class DrivenFilm:
         array, scale = self.film.modal[name], self.film.scale
         for axis in range(array.ndim):
             array = array * scale.reshape([-1 if i == axis else 1 for i in range(array.ndim)])
-        energy = self.film.units.deflection**2 * self.film.scales.tension
-        return np.asarray(array / (energy * self.film.plate.mirrors.copies))
+        return np.asarray(array / (self.film.units.energy * self.film.copies))

@@ -18,7 +18,7 @@ import numpy as np
 
 from nanorom.continuation.orbits.harmonics import differentiate, fourier_matrix
 from nanorom.types import Array
-from nanorom.verification.film import DiscreteFilm, State
+from nanorom.verification.assembled import Discrete
 from nanorom.verification.linear import ClassDynamics
 from nanorom.verification.symmetry import Classes
 
@@ -42,7 +42,7 @@ class OrbitEquations:
 
     def __init__(
         self,
-        film: DiscreteFilm,
+        film: Discrete,
         classes: Classes,
         dynamics: Sequence[ClassDynamics],
         drive: Drive,
@@ -108,14 +108,14 @@ class OrbitEquations:
         found = [op @ w for op, w in zip(self.drive.modulation, self.parts(samples))]
         return np.asarray(np.concatenate(found) * self.wave)
 
-    def residual(self, x: Array, rate: float) -> tuple[Array, State]:
+    def residual(self, x: Array, rate: float) -> tuple[Array, Any]:
         """R (n, 2H + 1) of coefficients, and the state of the film along the orbit."""
         samples = x @ self.synthesis
         forces, state = self.film.force(self.classes, self.parts(samples), self.viscous(rate))
         force = np.concatenate(forces) + self.modulated(samples)
         return self.linear(x, rate) + force @ self.analysis - self.direct, state
 
-    def along(self, state: State, change: Array, rate: float) -> Array:
+    def along(self, state: Any, change: Array, rate: float) -> Array:
         """Derivative of R along a change of the coefficients, about a state."""
         samples = change @ self.synthesis
         parts = self.parts(samples)

@@ -16,68 +16,12 @@ from collections.abc import Mapping, Sequence
 
 import attrs
 import numpy as np
-import scipy.sparse as sp
 
 from nanorom.fem.symmetry import Parity
 from nanorom.types import Array
 from nanorom.verification.factors import Factors
 from nanorom.verification.symmetry import Classes, images
-
-
-@attrs.frozen(eq=False)
-class Tables:
-    """Basis functions at the quadrature points of all cells, and what they belong to.
-
-    gradients (c, 2 q, n): d/dx at all points, then d/dy; values (q, n); weights (c, q); dofs,
-    in_plane (c, n): nodes of the deflection and of the in-plane displacement; nodes: their number.
-    """
-
-    gradients: Array
-    values: Array
-    weights: Array
-    dofs: np.ndarray
-    in_plane: np.ndarray
-    nodes: int
-    transposed: Array = attrs.field(init=False)
-    gather: sp.csr_matrix = attrs.field(init=False)
-    gather_in_plane: sp.csr_matrix = attrs.field(init=False)
-
-    def __attrs_post_init__(self) -> None:
-        swapped = np.ascontiguousarray(self.gradients.transpose(0, 2, 1))
-        object.__setattr__(self, "transposed", swapped)
-        object.__setattr__(self, "gather", _gathering(self.dofs, self.nodes))
-        object.__setattr__(self, "gather_in_plane", _gathering(self.in_plane, self.nodes))
-
-    def gradient(self, local: Array) -> Array:
-        """Gradients (2, c, q, m) of fields with coefficients (c, n, m) in each cell."""
-        c, q = self.weights.shape
-        found = np.matmul(self.gradients, local).reshape(c, 2, q, -1)
-        return np.moveaxis(found, 1, 0)
-
-    def slope(self, nodal: Array) -> Array:
-        """Gradients (2, c, q, m) of deflections (nodes, m)."""
-        return self.gradient(nodal[self.dofs])
-
-    def work(self, x: Array, y: Array, gather: sp.csr_matrix) -> Array:
-        """int (x, y) . grad v (nodes, m) of weighted vector fields (c, q, m) each."""
-        c, q, m = x.shape
-        both = np.concatenate([x, y], axis=1)
-        return np.asarray(gather @ np.matmul(self.transposed, both).reshape(-1, m))
-
-    def value(self, nodal: Array) -> Array:
-        """Values (c, q, m) of deflections (nodes, m)."""
-        return np.matmul(self.values, nodal[self.dofs])
-
-    def push(self, pressure: Array) -> Array:
-        """int p v (nodes, m) of weighted pressures (c, q, m)."""
-        local = np.matmul(self.values.T, pressure)
-        return np.asarray(self.gather @ local.reshape(-1, pressure.shape[-1]))
-
-
-def _gathering(dofs: np.ndarray, nodes: int) -> sp.csr_matrix:
-    """Sums entries of cells (c n,) to nodes."""
-    entries = dofs.size
-    return sp.csr_matrix((np.ones(entries), (dofs.ravel(), np.arange(entries))), (nodes, entries))
+from nanorom.verification.tables import Tables, geometric
 
 
 @attrs.frozen
@@ -99,6 +43,11 @@ class State:
     slope: Array
     force: Array
     height: Array | None
+
+    @property
+    def uncoupling(self) -> Array:
+        """The part (3, c, q, m) of the membrane force that couples no classes."""
+        return np.asarray(self.force.mean(axis=0))
 
 
 @attrs.frozen(eq=False)
@@ -169,9 +118,23 @@ class DiscreteFilm:
             forces = self._with(classes, forces, -stiffness * change)
         return forces
 
-    def mean_force(self, state: State) -> Array:
-        """The part (3, c, q, m) of the membrane force that couples no classes."""
-        return np.asarray(state.force.mean(axis=0))
+    @property
+    def odd(self) -> bool:
+        """The force on the mirrored deflection is the mirrored force."""
+        return self.shape is None and self.gate is None
+
+    def stiffening(self, parity: Parity, state: State, modes: Array) -> Array:
+        """What the mean membrane force adds to the stiffness of modes (k, k) of a class."""
+        mean = state.uncoupling.mean(axis=-1)
+        return np.asarray(modes.T @ (geometric(self.tables, mean, self.free[parity]) @ modes))
+
+    def varying(self, parity: Parity, state: State, modes: Array) -> Array:
+        """What the rest of it adds to the stiffness of each mode (k, m) at time samples."""
+        force = state.uncoupling - state.uncoupling.mean(axis=-1, keepdims=True)
+        force *= self.tables.weights[..., None]
+        x, y = self.tables.slope(self.nodal(parity, modes)).reshape(2, -1, modes.shape[1])
+        xx, yy, xy = force.reshape(3, len(x), -1)
+        return np.asarray((x * x).T @ xx + (y * y).T @ yy + 2 * ((x * y).T @ xy))
 
     def heights(self, classes: Classes, parts: Sequence[Array]) -> Array:
         """Deflections (images, c, q, m) at the quadrature points, from the static state."""

@@ -20,11 +20,12 @@ import scipy.sparse.linalg as spl
 from nanorom.errors import SolverError
 from nanorom.types import Array
 from nanorom.verification.factors import Factors
-from nanorom.verification.film import Tables
 
 Flexibility = Callable[[Array], Array]
 
-DENSE = 900  # unknowns up to which all eigenvectors are computed at once faster than a few
+DENSE = 900  # unknowns up to which all eigenvectors are computed at once faster than a few,
+MANY = 0.2  # or share of the modes from which on they are
+FIRST_BEYOND, MOST_MODES = 32, 500  # modes of a class that are computed: at first, and at most
 EIGEN_TOLERANCE = 1e-10  # of a basis in which a preconditioner is written
 
 
@@ -88,7 +89,7 @@ def lowest(
     ``flexibility`` undoes all linear stiffness; ``stiffness`` (n, n) where that is a matrix.
     """
     n = mass.shape[0]
-    if stiffness is not None and n <= DENSE:
+    if stiffness is not None and (n <= DENSE or count > MANY * n):
         last = min(count, n) - 1
         found = sl.eigh(stiffness.toarray(), mass.toarray(), subset_by_index=(0, last))
         return found[0], found[1]
@@ -121,50 +122,25 @@ def beyond(dynamics: ClassDynamics, values: Array, modes: Array) -> tuple[Array,
     return found, modes @ (rest @ turned)
 
 
-def stretching(
-    tables: Tables, shape: Array, law: Array, free: np.ndarray, in_plane: np.ndarray, held: bool
-) -> sp.csc_matrix:
-    """Linear stretching of a film that is not flat: (w, u) on free unknowns, u unrolled.
+def completed(
+    dynamics: ClassDynamics, quality: float, highest: float, stiffness: sp.csr_matrix | None
+) -> ClassDynamics:
+    """The same with modes up to a frequency, and with the damping of what is beyond.
 
-    1/2 int E:C:E of E = sym grad u + sym(grad w0 (x) grad w); the prestress is in the stiffness.
-    held : the in-plane displacement is zero, and has no unknowns.
+    ``dynamics`` has the named modes alone; ``stiffness`` (n, n) is all of it, where it is a matrix.
     """
-    c, q = tables.weights.shape
-    n = tables.dofs.shape[1]
-    gradients = tables.gradients.reshape(c, 2, q, n).transpose(0, 2, 1, 3)
-    slope = tables.slope(shape[:, None])[..., 0].transpose(1, 2, 0)
-    strain = np.zeros((c, q, 3, 3 * n))  # xx, yy, 2 xy of (w, u_x, u_y)
-    x, y = gradients[:, :, 0], gradients[:, :, 1]
-    s, t = slope[..., 0, None], slope[..., 1, None]
-    strain[:, :, 0, :n], strain[:, :, 1, :n], strain[:, :, 2, :n] = s * x, t * y, s * y + t * x
-    strain[:, :, 0, n : 2 * n], strain[:, :, 2, n : 2 * n] = x, y
-    strain[:, :, 1, 2 * n :], strain[:, :, 2, 2 * n :] = y, x
-    weighted = np.einsum("cq,ab,cqbn->cqan", tables.weights, law, strain, optimize=True)
-    rows = strain.reshape(c, 3 * q, 3 * n).transpose(0, 2, 1)
-    local = np.matmul(rows, weighted.reshape(c, 3 * q, 3 * n))
-    place = np.concatenate(
-        [tables.dofs, tables.nodes + 2 * tables.in_plane, tables.nodes + 2 * tables.in_plane + 1],
-        axis=1,
+    count = dynamics.modes.shape[1] + FIRST_BEYOND
+    while True:
+        values, modes = lowest(dynamics.mass, dynamics.flexibility, count, stiffness)
+        if len(values) < count or values[-1] >= highest**2 or count >= MOST_MODES:
+            break
+        count *= 2
+    values, modes = beyond(dynamics, values, modes)
+    together = np.concatenate([dynamics.values, values])
+    return attrs.evolve(
+        dynamics,
+        modes=np.column_stack([dynamics.modes, modes]),
+        values=together,
+        rates=np.concatenate([dynamics.rates, np.sqrt(values) / quality]),
+        loss=1.0 / (quality * np.sqrt(together.max())),
     )
-    row = np.repeat(place, 3 * n, axis=1).ravel()
-    column = np.tile(place, (1, 3 * n)).ravel()
-    size = 3 * tables.nodes
-    whole = sp.csc_matrix((local.ravel(), (row, column)), (size, size))
-    kept = free if held else np.concatenate([free, tables.nodes + in_plane])
-    return whole[kept][:, kept]
-
-
-def geometric(tables: Tables, force: Array, free: np.ndarray) -> sp.csr_matrix:
-    """int N : grad w (x) grad v on free unknowns, of a membrane force N (3, c, q)."""
-    c, q = tables.weights.shape
-    n = tables.dofs.shape[1]
-    gradients = tables.gradients.reshape(c, 2, q, n)
-    xx, yy, xy = force * tables.weights
-    pulled = np.empty_like(gradients)
-    pulled[:, 0] = xx[..., None] * gradients[:, 0] + xy[..., None] * gradients[:, 1]
-    pulled[:, 1] = xy[..., None] * gradients[:, 0] + yy[..., None] * gradients[:, 1]
-    local = np.matmul(tables.transposed, pulled.reshape(c, 2 * q, n))
-    row = np.repeat(tables.dofs, n, axis=1).ravel()
-    column = np.tile(tables.dofs, (1, n)).ravel()
-    size = (tables.nodes, tables.nodes)
-    return sp.csr_matrix((local.ravel(), (row, column)), size)[free][:, free]

@@ -10,11 +10,14 @@ from nanorom.errors import SceneError
 from nanorom.scene.drive import Drive
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
-from nanorom.verification.assemble import Film, assemble
+from nanorom.verification.assemble import assemble
+from nanorom.verification.assembled import Film
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.newton import SOLVED, Corrected, correct
 from nanorom.verification.preconditioner import Border
 from nanorom.verification.problem import Problem, pose
+
+CANDIDATES = 50  # points that may be highest between time samples
 
 
 @attrs.frozen(eq=False)
@@ -75,7 +78,7 @@ def full_orbit(
     more : how many modes beyond the model's highest are told apart; the film is meshed for them.
     film : of the scene as `verification.assemble` made it, to solve for more than one orbit.
 
-    Raises SceneError for a film that has no such orbits (a beam, a shell), SolverError if none is
+    Raises SceneError for a film that has no such orbits (a shell), SolverError if none is
     found near the modal orbit.
     """
     patterns = drive or scene.drive
@@ -97,7 +100,7 @@ def told(problem: Problem, found: Corrected) -> FullOrbit:
     return FullOrbit(
         modal=PeriodicOrbit(amplitudes[:, film.inside], omega, p),
         outside=PeriodicOrbit(amplitudes[:, outside], omega, p),
-        outside_label=tuple(film.solution.names[i] for i in outside),
+        outside_label=tuple(film.names[i] for i in outside),
         residual=found.residual,
         deflection=largest_deflection(problem, found.coefficients),
         evaluations=found.evaluations,
@@ -107,11 +110,13 @@ def told(problem: Problem, found: Corrected) -> FullOrbit:
 
 
 def largest_deflection(problem: Problem, coefficients: Array) -> float:
-    """max |w| in m over all quadrature points and time samples."""
+    """max |w| in m over points of the film and the period, found between time samples."""
     equations = problem.equations
-    samples = equations.parts(coefficients @ equations.synthesis)
-    height = equations.film.heights(equations.classes, samples)
-    return float(np.abs(height).max() * problem.film.units.deflection)
+    heights = equations.film.heights(equations.classes, equations.parts(coefficients))
+    series = heights.reshape(-1, coefficients.shape[1])
+    sampled = np.abs(series @ equations.synthesis).max(axis=1)
+    highest = series[np.argsort(sampled)[-CANDIDATES:]]
+    return float(orbit_amplitudes(highest.T[None]).max() * problem.film.units.deflection)
 
 
 def _levels(drive: Drive, direct: float | None, parametric: float | None) -> tuple[float, float]:

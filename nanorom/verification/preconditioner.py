@@ -10,6 +10,7 @@ beyond these modes follows statically.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import attrs
 import numpy as np
@@ -20,8 +21,6 @@ from nanorom.continuation.orbits.harmonics import basis_for, full_support
 from nanorom.continuation.system import ModalSystem
 from nanorom.types import Array
 from nanorom.verification.equations import OrbitEquations
-from nanorom.verification.film import State
-from nanorom.verification.linear import geometric
 
 
 @attrs.frozen(eq=False)
@@ -99,7 +98,7 @@ class Model:
 class Preconditioner:
     """An approximate inverse of the bordered Jacobian about a state. Cheap to make."""
 
-    def __init__(self, model: Model, x: Array, rate: float, state: State, border: Border) -> None:
+    def __init__(self, model: Model, x: Array, rate: float, state: Any, border: Border) -> None:
         self.model, self.equations = model, model.equations
         self.by_rate = self.equations.by_rate(x, rate)
         jacobian = model.jacobian(x, rate)
@@ -110,9 +109,8 @@ class Preconditioner:
         bordered[size, :size] = border.direction.ravel()
         bordered[size, size] = border.slope
         self._modal = sl.lu_factor(bordered, overwrite_a=True, check_finite=False)
-        force = self.equations.film.mean_force(state)
         self._beyond = [
-            _Beyond.of(self.equations, number, model.named[number], rate, force)
+            _Beyond.of(self.equations, number, model.named[number], rate, state)
             for number in range(len(self.equations.dynamics))
         ]
 
@@ -145,22 +143,17 @@ class _Beyond:
 
     @classmethod
     def of(
-        cls, equations: OrbitEquations, number: int, named: int, rate: float, force: Array
+        cls, equations: OrbitEquations, number: int, named: int, rate: float, state: Any
     ) -> _Beyond:
         dynamics = equations.dynamics[number]
         modes, values = dynamics.modes[:, named:], dynamics.values[named:]
         if not len(values):
             return cls(equations, number, modes, np.empty((0, 1, 1)))
         film, parity = equations.film, equations.classes.deflections[number]
-        mean = force.mean(axis=-1)
-        stiffer = geometric(film.tables, mean, film.free[parity])
-        values, turned = np.linalg.eigh(np.diag(values) + modes.T @ (stiffer @ modes))
+        stiffer = film.stiffening(parity, state, modes)
+        values, turned = np.linalg.eigh(np.diag(values) + stiffer)
         modes = modes @ turned
-        x, y = film.tables.slope(film.nodal(parity, modes)).reshape(2, -1, len(values))
-        varying = ((force - mean[..., None]) * film.tables.weights[..., None]).reshape(
-            3, len(x), -1
-        )
-        felt = (x * x).T @ varying[0] + (y * y).T @ varying[1] + 2 * ((x * y).T @ varying[2])
+        felt = film.varying(parity, state, modes)
         rates = turned.T**2 @ dynamics.rates[named:]
         return cls(equations, number, modes, _inverses(equations, values, rates, felt, rate))
 

@@ -9,7 +9,7 @@ from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import SceneError
 from nanorom.types import Array
-from nanorom.verification.assemble import Film
+from nanorom.verification.assembled import Film
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.equations import Drive, OrbitEquations
 from nanorom.verification.preconditioner import Border, Model
@@ -47,7 +47,7 @@ class Problem:
 
     def omega(self, rate: float) -> float:
         """Drive frequency in rad/s."""
-        return rate * self.equations.period_multiple / self.film.time
+        return rate * self.equations.period_multiple / self.film.units.time
 
     def across(self) -> Border:
         """Across the branch on which the start is: what changes is orthogonal to it."""
@@ -68,7 +68,7 @@ def pose(driven: DrivenFilm, orbit: PeriodicOrbit) -> Problem:
             f"{count}), for the scene has {count} modes"
         )
     classes = _taking_part(driven, orbit)
-    rate = orbit.omega / orbit.period_multiple * film.time
+    rate = orbit.omega / orbit.period_multiple * film.units.time
     highest = _rung(REACH * rate * orbit.harmonics)
     dynamics = [film.dynamics(p, highest) for p in classes.deflections]
     pushed = [driven.forces.get(p, np.zeros(d.size)) for p, d in zip(classes.deflections, dynamics)]
@@ -101,7 +101,7 @@ def _taking_part(driven: DrivenFilm, orbit: PeriodicOrbit) -> Classes:
     size = np.abs(orbit.coefficients).max(axis=0)
     moving = film.inside[size > MOVING * size.max()]
     present = {film.parities[i] for i in moving} | set(driven.forces)
-    if film.discrete.shape is not None or film.discrete.gate is not None or not present:
+    if not film.discrete.odd or not present:
         present.add(film.discrete.even)
     return Classes.spanned(present)
 

@@ -29,7 +29,7 @@ class Stability:
             whole = np.zeros((len(orbit.coefficients), len(film.parities)))
             whole[:, film.inside] = orbit.coefficients
         scaled = whole / film.scale / self.scaled.amplitude
-        rates = np.array([orbit.omega / p * film.time / self.scaled.frequency])
+        rates = np.array([orbit.omega / p * film.units.time / self.scaled.frequency])
         support = full_support(self.scaled, p)
         found = self._solver.multipliers(scaled[None], rates, p, support)
         return float(np.abs(found).max())

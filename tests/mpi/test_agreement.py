@@ -4,11 +4,12 @@ import attrs
 import numpy as np
 import pytest
 from mpi4py import MPI
+from petsc4py import PETSc
 
 from nanorom.errors import NanoromError
 from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.fem.reduce import reduce_scene
-from nanorom.fem.solvers import groups, partition
+from nanorom.fem.solvers import algebra, groups, partition
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.film import Plate
 from nanorom.scene.geometry import MeshFile, String
@@ -18,6 +19,7 @@ from tests.fem.exact import RADIUS, drum, paper_drum
 
 SIZE = MPI.COMM_WORLD.size
 SAME = 1e-10  # of the largest entry
+ROUNDING = 1e-13  # of a product
 FEW_CELLS = Accuracy(degree=6, mesh_size=RADIUS / 3)
 
 
@@ -82,6 +84,19 @@ def test_iterations_on_ranks_give_the_same_model():
     alone, shared = reduce_scene(scene, comm=MPI.COMM_SELF), reduce_scene(scene, groups=1)
     assert shared.diagnostics["solver_iterations"] > 1
     assert_same(attrs.evolve(shared, diagnostics={}), attrs.evolve(alone, diagnostics={}))
+
+
+def test_matrix_of_which_a_rank_has_no_columns_multiplies():
+    own = 0 if MPI.COMM_WORLD.rank == 0 and SIZE > 1 else 2
+    shared = 2 * max(SIZE - 1, 1)
+    matrix = PETSc.Mat().createAIJ(((3, 3 * SIZE), (own, shared)), nnz=(shared, shared))
+    rows = np.arange(*matrix.getOwnershipRange(), dtype=PETSc.IntType)
+    values = np.sin(1.0 + 5 * rows[:, None] + np.arange(shared))
+    matrix.setValues(rows, np.arange(shared, dtype=PETSc.IntType), values)
+    matrix.assemble()
+    columns = np.arange(3.0 * own).reshape(-1, 3) + MPI.COMM_WORLD.rank
+    whole = np.concatenate(MPI.COMM_WORLD.allgather(columns))
+    assert algebra.multiply(matrix, columns) == pytest.approx(values @ whole, rel=ROUNDING)
 
 
 def test_groups_are_formed_by_default():

@@ -8,8 +8,15 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-CHOSEN = ["tests/mpi/test_agreement.py", "tests/fem/routes/test_drum.py"]
-NAMES = {2: "agreement or table_1 or more_modes", 3: "agreement"}  # by number of ranks
+CHOSEN = [
+    "tests/mpi/test_agreement.py",
+    "tests/mpi/test_verification.py",
+    "tests/fem/routes/test_drum.py",
+]
+NAMES = {  # by number of ranks
+    2: "agreement or verification or table_1 or more_modes",
+    3: "agreement or verification",
+}
 LIMIT = 600  # seconds
 
 

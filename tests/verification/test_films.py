@@ -95,3 +95,19 @@ def test_film_without_damping_is_refused():
     scene = drum(2)
     with pytest.raises(SceneError, match="damping"):
         assemble(scene.with_(damping=None))
+
+
+@pytest.mark.parametrize("model", ["membrane", "plate"])
+def test_viscous_material_damps_the_film_as_it_damps_the_model(model):
+    scene = drum(3, model=model, **DRIVE)
+    scene = scene.with_(damping=nanorom.Damping(150.0, material_time=3e-11))
+    problem = problem_of(scene, 3e-9)
+    damping = [
+        d.modes[:, :k].T @ d.damping(d.modes[:, :k])
+        for d, k in zip(problem.equations.dynamics, problem.model.named)
+    ]
+    found = np.zeros((problem.model.size,) * 2)
+    for first, block in zip(problem.model.offsets, damping):
+        found[first : first + len(block), first : first + len(block)] = block
+    expected = problem.model.scaled.damping * problem.model.scaled.frequency
+    assert np.abs(found - expected).max() < ROUND_OFF * np.abs(expected).max()

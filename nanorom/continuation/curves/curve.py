@@ -19,15 +19,13 @@ from nanorom.continuation.orbits.harmonics import (
     HARMONIC_LADDER,
     Basis,
     Support,
-    close_support,
-    forced_support,
+    own_support,
 )
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 NEWTON = 1e-9  # of the unknowns: the last change of Newton's method
-ABSENT = 1e-9  # coefficients of the orbit, relative to the largest, that are round-off
 TURN = 1e-9  # of a step, to which a turn of the parameter is located
 NEWTON_STEPS, EASY_STEPS = 8, 4
 FIRST = 0.1  # of the largest step
@@ -96,11 +94,7 @@ class Curve(ABC):
     def _support(self, full: Array) -> Support:
         """Modes and harmonics of the orbit and of what the parameter adds to them."""
         everything = self.origin.pattern().plus(self.change.pattern(), 1.0)
-        table = forced_support(everything, self.multiple).table.copy()
-        present = np.abs(full) > ABSENT * np.abs(full).max(initial=0.0)
-        numbers = (np.arange(len(full)) + 1) // 2 % table.shape[1]
-        np.logical_or.at(table.T, numbers, present)
-        return close_support(everything, Support(table))
+        return own_support(everything, full, self.multiple)
 
     def follow(
         self,

@@ -9,32 +9,33 @@ import numpy as np
 from nanorom.continuation.branches.path import TURNED
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.start import (
-    beside_fold,
     first_orbit,
-    fixed_rate,
     follow_closed,
 )
 from nanorom.continuation.branches.trace import Tracer
+from nanorom.continuation.diagrams.apart import Apart
 from nanorom.continuation.diagrams.course import Course
 from nanorom.continuation.diagrams.diagram import Diagram
 from nanorom.continuation.diagrams.record import UNFINISHED, Node, Record
-from nanorom.continuation.diagrams.subharmonics import stretches
+from nanorom.continuation.diagrams.subharmonics import linear_response, stretches
 from nanorom.continuation.diagrams.window import Window
 from nanorom.continuation.orbits.coordinates import with_symmetries
-from nanorom.continuation.orbits.harmonics import Support, forced_support, full_support
-from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, is_shorter
+from nanorom.continuation.orbits.harmonics import (
+    forced_support,
+)
+from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit
 from nanorom.continuation.points.directions import breaking, crossing
 from nanorom.continuation.points.switching import Bifurcation, Crossing, Start
 from nanorom.continuation.settings import Settings, check_range
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
+from nanorom.types import Array
 
 SAME_FREQUENCY = 1e-6  # of a bifurcation found on two branches
 SAME_END = 1e-9  # of the high end of the range, where a step ends that leaves it
 LONG = 4  # periods of the drive: of cascades, whose branches are many and soon unstable
 HOPELESS = 1e6  # multiplier beyond which such a branch is not followed
-UNSTABLE = 100.0  # multiplier beyond which an orbit that nothing leads to is not followed
 
 
 @one_thread()
@@ -104,6 +105,7 @@ class _Explorer:
     def __init__(self, record: Record, levels: tuple[float, float]) -> None:
         self.record, self.levels = record, levels
         self.scaled, self.settings = record.scaled, record.settings
+        self.apart = Apart(record)
 
     def diagram(
         self, known: Diagram | None, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
@@ -111,7 +113,7 @@ class _Explorer:
         """All that leads from rest, or all that was known before, and what seeds lead to."""
         try:
             if known is None:
-                window = self._base()
+                window = self.apart.window = self._base()
                 self._bifurcating()
                 self._from_outside(window)
                 self._subharmonic()
@@ -140,13 +142,15 @@ class _Explorer:
                     o for o in orbits if self.record.range[0] < o.omega < self.record.range[1]
                 ]
                 if branch.parent is not None and inside:
-                    self._isolated(inside[len(inside) // 2], alone=True)
+                    self.apart.follow(inside[len(inside) // 2], alone=True)
             self._bifurcating()
 
     def _subharmonic(self) -> None:
-        """Branches of one, three and five periods of the drive that nothing leads to."""
+        """Branches of one to five periods of the drive that nothing leads to."""
         try:
-            for stretch in stretches(self.scaled, self.record.range):
+            doublings = self.settings.depth > 0
+            given = self.scaled, self.record.range, self._response, doublings
+            for stretch in stretches(*given):
                 if self.record.spent:
                     why = (
                         f"orbits of {stretch.order} period(s): not looked for, as said of branches"
@@ -154,8 +158,8 @@ class _Explorer:
                     self.record.leave("start", stretch.omega, why)
                     continue
                 # all of them: stable and unstable orbits need not be on one branch
-                met = [self._isolated(start, alone=True) for start in stretch.starts]
-                if not any(met):
+                met = [self.apart.follow(start, alone=True) for start in stretch.starts]
+                if not any(met) and not self.record.has_motion(stretch.order, stretch.omega):
                     why = f"orbits of {stretch.order} period(s) may be near; none was found"
                     self.record.leave("start", stretch.omega, why)
                 self._bifurcating()
@@ -163,12 +167,17 @@ class _Explorer:
             why = f"apart from others, orbits were not looked for everywhere: {error}"
             self.record.leave("start", self.record.range[0], why)
 
+    def _response(self, omega: float) -> Array:
+        """The response beside which others are looked for: linear, where none is known."""
+        known = self.record.response(omega)
+        return linear_response(self.scaled, omega) if known is None else known
+
     def _with_isolas(
         self, seeds: Sequence[PeriodicOrbit], folds: Sequence[PeriodicOrbit]
     ) -> Diagram:
         # of short periods first: they may lead to the others
         for seed in sorted([*folds, *seeds], key=lambda seed: seed.period_multiple):
-            self._isolated(self.record.scaled_orbit(seed), at_fold=seed in folds)
+            self.apart.follow(self.record.scaled_orbit(seed), at_fold=seed in folds)
             self._bifurcating()
         return self.record.diagram(*self.levels)
 
@@ -212,9 +221,8 @@ class _Explorer:
                 self.record.leave("start", edge, error)
                 continue
             self.record.add(tracer, steps, None, 0)
-            window.meet(self._end(tracer, steps))
-        for steps in window.pieces():
-            self.record.add(tracer, steps, None, 0)
+            window.meet(self.record.end(tracer, steps))
+        window.add_pieces()
         window.tell()
         return window
 
@@ -226,62 +234,6 @@ class _Explorer:
                 "or start the range farther from a resonance"
             )
         return steps
-
-    def _end(self, tracer: Tracer, steps: list[Series]) -> Orbit:
-        """Where the branch traced last ends, be it by shooting."""
-        if tracer.ending != "harmonics":
-            return tracer.orbit(steps[-1], steps[-1].length)
-        return self.record.scaled_orbit(self.record.branches[-1].orbit(-1))
-
-    def _isolated(
-        self,
-        seed: Orbit,
-        support: Support | None = None,
-        at_fold: bool = False,
-        alone: bool = False,
-    ) -> bool:
-        """The branch near an orbit, say of another level, unless it is known; whether there is
-        one.
-        """
-        p = seed.period_multiple
-        low, high = self.record.range
-        if not low < seed.omega < high and p == 1:
-            return False
-        if support is None:
-            support = full_support(self.scaled, p)
-        if p == 1 and forced_support(self.scaled).holds(seed.coefficients):
-            support = forced_support(self.scaled)
-        tracer = Tracer(self.scaled, support, p, self.settings)
-        rates = self.record.rates(p, p > 1 and not alone)
-        try:
-            if at_fold:
-                orbit = beside_fold(tracer, seed, rates)
-            else:
-                orbit, _ = tracer.solve(seed, fixed_rate)
-        except ContinuationError as error:
-            if not alone and not self.record.known:  # a level need not have what another one has
-                self.record.leave("start", seed.omega, f"from a seed: {error}")
-            return False
-        if is_shorter(orbit):
-            return False
-        if not self.record.is_new(orbit):
-            return True
-        if alone and self._is_unstable(orbit, support):
-            why = f"orbits of {p} period(s) with multipliers above {UNSTABLE:g}: not followed"
-            self.record.leave("start", orbit.omega, why)
-            return True
-        steps = follow_closed(tracer, orbit, 1.0, rates)
-        if tracer.ending != "closed":  # from end to end
-            steps = follow_closed(tracer, orbit, -1.0, rates) or steps
-        if not steps:
-            return False
-        if tracer.ending != "closed":
-            end = tracer.orbit(steps[-1], steps[-1].length)
-            slope = steps[-1].rate_slope(steps[-1].length)
-            steps = follow_closed(tracer, end, -1.0 if slope > 0 else 1.0, rates)
-        if steps and not self.record.is_known(tracer, steps):
-            self.record.add(tracer, steps, None, 0 if p == 1 else 1)
-        return bool(steps)
 
     def _switch(self, node: Node) -> None:
         if node.reached and node.kind.period_factor > 1:
@@ -364,13 +316,7 @@ class _Explorer:
             return
         self.record.add(tracer, steps, node, node.generation + 1, bifurcation)
         if ended is not None:  # on a branch that may not be known yet
-            self._isolated(bifurcation.symmetric(ended), bifurcation.shorter)
-
-    def _is_unstable(self, orbit: Orbit, support: Support) -> bool:
-        """Whether an orbit that nothing leads to is too unstable to be met in practice."""
-        given = orbit.coefficients[None], np.array([orbit.rate])
-        multipliers = self.record.floquet.multipliers(*given, orbit.period_multiple, support)
-        return bool(np.abs(multipliers).max() > UNSTABLE)
+            self.apart.follow(bifurcation.symmetric(ended), bifurcation.shorter)
 
     def _is_hopeless(self, tracer: Tracer, series: Series) -> bool:
         """Whether orbits of a long period have become so unstable that nothing is near them."""

@@ -39,7 +39,7 @@ from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
 BUDGET = 2  # most steps of all branches together, by those of one
-IDENTIFYING = 3  # points of a branch that tell it from others
+INNER = (0.25, 0.5, 0.75)  # places on a branch whose orbits tell it from others
 LAST_PART = 0.9  # of the last step, where shooting takes the direction from
 UNFINISHED = {  # endings of branches that go on
     "lost": "the branch goes on, but could not be followed",
@@ -138,17 +138,43 @@ class Record:
         )
 
     def is_known(self, tracer: Tracer, steps: list[Series]) -> bool:
-        """Whether steps are those of a branch followed before: one passes through most of three
-        points of the other, for at one of them another branch may pass closely, or be at a fold.
+        """Whether steps are those of a branch followed before, or part of one, or it is part of
+        them: one passes through most of three points of the other, for at one of them another
+        branch may pass closely, or be at a fold.
         """
         path = Path(tracer, self.floquet, steps)
+        places = [path.place(part * path.offsets[-1]) for part in INNER]
+        orbits = [path.orbit(place) for place in places]
+        if any(_passes(other, orbits) for other in self.paths):
+            return True
+        for branch in (*self.known, *self.branches):
+            inner = [branch.orbit(int(len(branch) * part)) for part in INNER]
+            if _passes(path, [self.scaled_orbit(orbit) for orbit in inner]):
+                return True
+        return False
 
-        def passes(branch: Branch) -> bool:
-            inner = (len(branch) * part // (IDENTIFYING + 1) for part in range(1, IDENTIFYING + 1))
-            orbits = [self.scaled_orbit(branch.orbit(i)) for i in inner]
-            return sum(path.passing(orbit) is not None for orbit in orbits) > IDENTIFYING // 2
+    def response(self, omega: float) -> Array | None:
+        """Coefficients (2H + 1, L) of the smallest known orbit of the drive's period at a
+        frequency.
+        """
+        found = [
+            path.tracer.orbit(step, root).coefficients
+            for path in self.paths
+            if path.tracer.period_multiple == 1
+            for step in path.steps
+            for root in step.crossings(omega)
+        ]
+        if not found:
+            return None
+        return found[int(np.argmin([np.linalg.norm(orbit) for orbit in found]))]
 
-        return any(passes(branch) for branch in (*self.known, *self.branches))
+    def has_motion(self, periods: int, omega: float) -> bool:
+        """Whether a branch of so many periods of the drive has orbits on both sides of a frequency
+        of the scaled system.
+        """
+        found = [branch.omega for branch in self.branches if branch.period_multiple == periods]
+        place = omega * self.scaled.frequency
+        return any(frequencies.min() <= place <= frequencies.max() for frequencies in found)
 
     def given(self, orbit: Orbit) -> PeriodicOrbit:
         """An orbit in the units of the model."""
@@ -160,6 +186,12 @@ class Record:
     def scaled_orbit(self, orbit: PeriodicOrbit) -> Orbit:
         rate = orbit.omega / self.scaled.frequency / orbit.period_multiple
         return Orbit(self.scaled.inner(orbit.coefficients), rate, orbit.period_multiple)
+
+    def end(self, tracer: Tracer, steps: list[Series]) -> Orbit:
+        """Where the branch traced last ends, be it by shooting."""
+        if tracer.ending != "harmonics":
+            return tracer.orbit(steps[-1], steps[-1].length)
+        return self.scaled_orbit(self.branches[-1].orbit(-1))
 
     def add(
         self,
@@ -297,6 +329,11 @@ class Record:
             coefficients=orbit.coefficients,
             multiplicity=polished.multiplicity,
         )
+
+
+def _passes(path: Path, orbits: list[Orbit]) -> bool:
+    """Whether a path passes through most of some orbits."""
+    return sum(path.passing(orbit) is not None for orbit in orbits) > len(orbits) // 2
 
 
 def _amplitudes(coefficients: Sequence[Array]) -> Array:

@@ -1,19 +1,18 @@
 """Where orbits of one to five periods of the drive may lie on branches of their own.
 
-Nothing leads to them from rest; to those of one and two periods only from resonances outside the
-range.
-Near them the motion is a free one, of the undamped system, that
-turns n times more slowly than the drive, and the drive makes up for what damping takes. To first
-order in both that is so where the work of the drive over a period, a function of its phase, equals
-the loss (Melnikov's function has a zero). Along the backbone of a mode this tells at which
-amplitudes there are such orbits, with which phases: Newton's method starts there. Source:
+Nothing leads to them from rest; to those of one and two periods only from resonances and tongues
+that the response does not pass in the range. Near them the motion is a free one, of the undamped
+system, that turns n times more slowly than the drive, and the drive makes up for what damping
+takes. To first order in both that is so where the work of the drive over a period, a function of
+its phase, equals the loss (Melnikov's function has a zero). Along the backbone of a mode this tells
+at which amplitudes there are such orbits, with which phases: Newton's method starts there. Source:
 Guckenheimer and Holmes 1983, doi:10.1007/978-1-4612-1140-2 (section 4.6, subharmonic Melnikov
 functions).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import attrs
@@ -26,7 +25,10 @@ from nanorom.continuation.scaled import ScaledSystem
 from nanorom.continuation.settings import Settings
 from nanorom.types import Array
 
+Response = Callable[[float], Array]  # coefficients (2H + 1, L) at a frequency of the drive
+
 ORDERS = (1, 2, 3, 5)
+DOUBLED = 2
 TOLERANCE, STEPS = 1e-6, 60  # of a backbone, which is to lead near an orbit
 FARTHEST = 10.0  # factor between the linear frequency and one looked at
 ENOUGH = 0.8  # work by loss, to first order, from which an orbit is looked for
@@ -49,31 +51,36 @@ class Stretch:
     starts: list[Orbit]
 
 
-def stretches(system: ScaledSystem, omega: tuple[float, float]) -> Iterator[Stretch]:
-    """Where in a range of the drive's frequency such orbits may be found.
+def stretches(
+    system: ScaledSystem, omega: tuple[float, float], response: Response, doublings: bool
+) -> Iterator[Stretch]:
+    """Where in a range of the drive's frequency such orbits may be found beside the response, those
+    of two periods only where `doublings` are followed.
 
     Raises ContinuationError where a backbone cannot be followed.
     """
     if not system.nonlinear or len(system.massless):
         return
     plain = conservative(system)
-    dressed = _dressed(system, plain, float(np.sqrt(omega[0] * omega[1])))
+    dressed = _dressed(plain, response(float(np.sqrt(omega[0] * omega[1]))))
     for order in ORDERS:
+        if order == DOUBLED and not doublings:
+            continue
         free = plain if order == 1 else dressed
         low, high = omega[0] / order, omega[1] / order
         for mode in range(free.size):
             linear = linear_mode(free, mode)
             if not _may_reach(free, *linear, low, high):
                 continue
-            if _is_passed(system, order, *linear, low, high):
-                continue
+            if order == 1 and low < PASSED * linear[0] and linear[0] < high:
+                continue  # the response from rest passes it
             # a backbone ends a little within the range, where its last orbit is then
             inner = WITHIN * (high - low)
             down = low + inner if linear[0] > low + inner else linear[0] / FARTHEST
             limits = down, max(high - inner, 1.001 * linear[0])
             settings = Settings(tolerance=TOLERANCE, steps=STEPS)
             orbits = free_orbits(free, linear, limits, settings)
-            yield from _supported(system, orbits, order, omega)
+            yield from _supported(system, orbits, order, omega, response)
 
 
 def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, high: float) -> bool:
@@ -88,19 +95,12 @@ def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, h
     return lowest < high and low < highest
 
 
-def _is_passed(
-    system: ScaledSystem, order: int, frequency: float, shape: Array, low: float, high: float
-) -> bool:
-    """Whether the response from rest, in a range of the mode's frequency, meets what leads there:
-    its resonance, or a part of its tongue, whose half width is p/(4 omega_0), p its modulation.
-    """
-    tones = np.einsum("r,rlk,l->k", shape, system.parametric, shape)
-    width = {1: PASSED - 1, 2: float(np.linalg.norm(tones)) / (4 * frequency**2)}.get(order, -1.0)
-    return low < (1 + width) * frequency and (1 - width) * frequency < high and width >= 0
-
-
 def _supported(
-    system: ScaledSystem, orbits: list[Orbit], order: int, omega: tuple[float, float]
+    system: ScaledSystem,
+    orbits: list[Orbit],
+    order: int,
+    omega: tuple[float, float],
+    response: Response,
 ) -> Iterator[Stretch]:
     """The stretches of a backbone inside the range, with work and loss in balance."""
     balances = [_balance(system, orbit, order) for orbit in orbits]
@@ -115,8 +115,9 @@ def _supported(
         starts = []
         for place in dict.fromkeys(best):
             work, loss = balances[place]
+            forced = response(order * orbits[place].rate)
             for phase in _phases(work, loss):
-                starts.append(_started(system, orbits[place], order, phase))
+                starts.append(_started(orbits[place], forced, order, phase))
         yield Stretch(order, order * orbits[run[len(run) // 2]].rate, starts)
 
 
@@ -150,19 +151,18 @@ def _phases(work: Array, loss: float) -> list[float]:
     return [float(2 * np.pi / PHASES * (i + part)) for i, part in zip(changes, parts)]
 
 
-def _started(system: ScaledSystem, orbit: Orbit, order: int, phase: float) -> Orbit:
-    """A free orbit, with the drive at a phase where it begins, and the forced linear response."""
+def _started(orbit: Orbit, forced: Array, order: int, phase: float) -> Orbit:
+    """A free orbit, with the drive at a phase where it begins, and the response of other modes."""
     free = turned(orbit.coefficients, -phase / order)
-    forced = _forced(system, order * orbit.rate)
     forced = stretch(forced, order)
     rows = max(len(free), len(forced))
-    coefficients = np.zeros((rows, system.size))
+    coefficients = np.zeros((rows, free.shape[1]))
     coefficients[: len(free)] = free
     coefficients[: len(forced)] += forced
     return Orbit(coefficients, orbit.rate, order)
 
 
-def _forced(system: ScaledSystem, omega: float) -> Array:
+def linear_response(system: ScaledSystem, omega: float) -> Array:
     """The linear response (2K + 1, L) at a frequency of the drive."""
     forced = np.zeros((2 * system.tones + 1, system.size))
     for k in range(1, system.tones + 1):
@@ -173,9 +173,8 @@ def _forced(system: ScaledSystem, omega: float) -> Array:
     return forced
 
 
-def _dressed(system: ScaledSystem, free: ScaledSystem, omega: float) -> ScaledSystem:
-    """The free system as the forced response stiffens it on average, if that is a correction."""
-    forced = _forced(system, omega)
+def _dressed(free: ScaledSystem, forced: Array) -> ScaledSystem:
+    """The free system as the response stiffens it on average, if that is a correction."""
     squares = forced[1:].T @ forced[1:] / 2
     added = 3.0 * np.einsum("rjkl,kl->rj", free.cubic, squares)
     small = np.linalg.norm(added) < LARGEST * np.linalg.norm(free.stiffness)

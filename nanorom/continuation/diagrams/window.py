@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.start import fixed_rate
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.diagrams.record import Record
@@ -30,25 +29,30 @@ class Window:
     def __init__(self, record: Record, tracer: Tracer) -> None:
         self.record, self.tracer = record, tracer
         self.seen: list[Orbit] = []
+        self.waiting: list[Orbit] = []  # of those, the ones not followed outwards yet
         self.rest: list[Orbit] = []  # of those, the ones reached from rest
 
     def begin(self, orbit: Orbit) -> bool:
-        """Take note of an orbit reached from rest; whether it was not met before."""
-        new = self.meet(orbit)
-        exact = self._corrected(orbit)
-        self.rest += [other for other in self.seen if _same(other, exact)]
+        """Take note of an orbit at an end, reached from rest; whether it was not met before."""
+        here, new = self._met(orbit)
+        self.rest.append(here)
         return new
 
     def meet(self, orbit: Orbit) -> bool:
         """Take note of an orbit of a branch; whether it is at an end, and not met before."""
         edges = np.array(self.record.range)
-        if np.abs(edges - orbit.omega).min() > AT_END * orbit.omega:
-            return False
-        orbit = self._corrected(orbit)
-        if any(_same(other, orbit) for other in self.seen):
-            return False
-        self.seen.append(orbit)
-        return True
+        at_end = np.abs(edges - orbit.omega).min() <= AT_END * orbit.omega
+        return bool(at_end) and self._met(orbit)[1]
+
+    def _met(self, orbit: Orbit) -> tuple[Orbit, bool]:
+        """An orbit at an end to all digits, or as it was met before; whether it was not."""
+        exact = self._corrected(orbit)
+        for other in self.seen:
+            if _same(other, exact):
+                return other, False
+        self.seen.append(exact)
+        self.waiting.append(exact)
+        return exact, True
 
     def _corrected(self, orbit: Orbit) -> Orbit:
         """An orbit at an end of the range to all digits: a step's end has fewer of its phase."""
@@ -60,12 +64,11 @@ class Window:
         except ContinuationError:  # at a fold: as it was
             return orbit
 
-    def pieces(self) -> Iterator[list[Series]]:
-        """Steps of the branch inside the range that begin where it comes back."""
+    def add_pieces(self) -> None:
+        """Pieces of the branch inside the range that begin where it comes back."""
         low, high = self.record.range
-        waiting = list(self.seen)
-        while waiting:
-            orbit = waiting.pop(0)
+        while self.waiting:
+            orbit = self.waiting.pop(0)
             back = self._return(orbit)
             if back is None or not self.meet(back):
                 continue
@@ -74,9 +77,8 @@ class Window:
             if not steps:
                 continue
             end = self.tracer.orbit(steps[-1], steps[-1].length)
-            if self.meet(end):
-                waiting.append(end)
-            yield steps
+            self.meet(end)
+            self.record.add(self.tracer, steps, None, 0)
 
     def tell(self) -> None:
         """Note the ends of the range with several orbits."""

@@ -20,6 +20,7 @@ from nanorom.types import Array
 Index = NDArray[np.int64]
 LONG_LADDER = (180, 216, 260, 312, 375, 450, 540, 650)  # for few modes
 HARMONIC_LADDER = (3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 36, 43, 51, 61, 73, 87, 104, 125, 150)
+ABSENT = 1e-9  # coefficients of an orbit, relative to the largest, that are round-off
 
 
 def fourier_matrix(angles: Array, harmonics: int) -> Array:
@@ -175,6 +176,15 @@ def forced_support(system: ScaledSystem, period_multiple: int = 1) -> Support:
     for k in range(system.tones + 1):
         for residue in (k * period_multiple, -k * period_multiple):
             table[of_harmonic(system.force, k), residue % modulus] = True
+    return close_support(system, Support(table))
+
+
+def own_support(system: ScaledSystem, coefficients: Array, period_multiple: int) -> Support:
+    """The smallest invariant set of modes and harmonics that an orbit (2H + 1, L) is in."""
+    table = forced_support(system, period_multiple).table.copy()
+    present = np.abs(coefficients) > ABSENT * np.abs(coefficients).max(initial=0.0)
+    numbers = (np.arange(len(coefficients)) + 1) // 2 % table.shape[1]
+    np.logical_or.at(table.T, numbers, present)
     return close_support(system, Support(table))
 
 

@@ -58,10 +58,9 @@ class Beam:
 class BeamModes:
     """The lowest modes, scaled to max |phi| = 1 and positive there.
 
-    frequency: (L,) Hz; mass: (L,); stiffness: (L, L), bending: (L, L) its part of that; cubic:
-    (L, L, L, L) with the force B_rjkl q_j q_k q_l; square: (L,) int phi^2 dx; area: (L,)
-    int phi dx; slope: (L, L) int phi_j' phi_k' dx; error: estimated relative errors of frequencies
-    and of the cubic tensor.
+    frequency: (L,) Hz; mass: (L,); stiffness: (L, L), bending: (L, L) its part of that; square:
+    (L,) int phi^2 dx; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx; functions: of the
+    basis; error: estimated relative errors of frequencies and of the cubic tensor.
     """
 
     beam: Beam
@@ -69,12 +68,23 @@ class BeamModes:
     mass: Array
     stiffness: Array
     bending: Array
-    cubic: Array
     square: Array
     area: Array
     slope: Array
+    functions: int
     _coefficients: Array
     error: tuple[float, float] = (np.nan, np.nan)
+
+    @property
+    def cubic(self) -> Array:
+        """(L, L, L, L) with the force B_rjkl q_j q_k q_l."""
+        pairs = self.slope[:, :, None, None] * self.slope
+        symmetric = (pairs + pairs.transpose(0, 2, 1, 3) + pairs.transpose(0, 3, 2, 1)) / 3
+        return np.asarray(self.beam.axial_stiffness / (2 * self.beam.length) * symmetric)
+
+    def completed(self) -> BeamModes:
+        """All modes of the same basis: as many as it has functions."""
+        return _expanded(self.beam, *_solve(self.beam, self.functions, self.functions))
 
     def shapes(self, x: Array) -> Array:
         """Shapes (L, n) at positions x (n,) from 0 to the length."""
@@ -104,6 +114,7 @@ def modes(beam: Beam, count: int) -> BeamModes:
 
 def _expanded(beam: Beam, squares: Array, coefficients: Array) -> BeamModes:
     """Modes of given squared angular frequencies (L,) and Legendre coefficients (L, n)."""
+    size = coefficients.shape[1] - len(_conditions(beam))
     coefficients = coefficients / _peaks(coefficients)[:, None]
     half = beam.length / 2
     x, weights = legendre.leggauss(coefficients.shape[1] + 2)
@@ -115,18 +126,16 @@ def _expanded(beam: Beam, squares: Array, coefficients: Array) -> BeamModes:
     bending = beam.bending_stiffness * (second * weights) @ second.T
     stiffness = beam.tension * slope + bending
     stiffness += beam.end_stiffness(*_at_ends(coefficients, half))
-    pairs = slope[:, :, None, None] * slope
-    symmetric = (pairs + pairs.transpose(0, 2, 1, 3) + pairs.transpose(0, 3, 2, 1)) / 3
     return BeamModes(
         beam,
         np.sqrt(squares) / (2 * np.pi),
         beam.mass_per_length * np.sum(phi**2 * weights, axis=1),
         stiffness,
         bending,
-        beam.axial_stiffness / (2 * beam.length) * symmetric,
         np.sum(phi**2 * weights, axis=1),
         phi @ weights,
         slope,
+        size,
         coefficients,
     )
 
@@ -173,12 +182,7 @@ def _basis(beam: Beam, size: int) -> Array:
 
     P_k plus the next ones, as many as there are conditions w = 0 and, at a clamped end, w' = 0.
     """
-    conditions = []
-    for end, kind in zip((-1.0, 1.0), beam.ends):
-        if not isinstance(kind, Spring) or kind.spring is None:
-            conditions.append((end, 0))
-        if kind == "clamped" and beam.bending_stiffness > 0:
-            conditions.append((end, 1))
+    conditions = _conditions(beam)
     n = len(conditions)
     degrees = np.arange(size + n)
     values = {(end, 0): end**degrees for end in (-1.0, 1.0)} | {
@@ -192,6 +196,17 @@ def _basis(beam: Beam, size: int) -> Array:
     for k in range(size):
         basis[k, k + 1 : k + 1 + n] = np.linalg.solve(rows[:, k + 1 : k + 1 + n], -rows[:, k])
     return basis
+
+
+def _conditions(beam: Beam) -> list[tuple[float, int]]:
+    """Ends, at -1 and 1, and the derivative that is zero there."""
+    found = []
+    for end, kind in zip((-1.0, 1.0), beam.ends):
+        if not isinstance(kind, Spring) or kind.spring is None:
+            found.append((end, 0))
+        if kind == "clamped" and beam.bending_stiffness > 0:
+            found.append((end, 1))
+    return found
 
 
 def _peaks(coefficients: Array) -> Array:

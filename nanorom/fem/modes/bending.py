@@ -6,6 +6,7 @@ import attrs
 import numpy as np
 
 from nanorom.fem.models.operators import LinearForce
+from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State
 from nanorom.fem.modes.eigen import Modes
 from nanorom.scene.elasticity import Law
@@ -19,12 +20,13 @@ def stiffness(modes: Modes, law: Law | None = None) -> np.ndarray:
     plate = modes.plate
     if not plate.bending:
         return np.zeros((modes.shapes.shape[1],) * 2)
+    return attrs.evolve(modes, force=LinearForce.of(alone(plate, law))).modal_stiffness()
+
+
+def alone(plate: Plate, law: Law | None = None) -> Plate:
+    """A plate that bends, and nothing else; law : moments by D in the place of its own."""
     known = plate.stiffness
     loose = {name: (None if k is None else 0.0, 0.0) for name, (k, _) in known.springs.items()}
-    alone = attrs.evolve(
-        known,
-        springs=loose,
-        moments=known.moments if law is None else law,
-    )
-    plate = plate.resisting(alone).about(State((0.0, 0.0)))
-    return attrs.evolve(modes, force=LinearForce.of(plate)).modal_stiffness()
+    moments = known.moments if law is None else law
+    bent = attrs.evolve(known, springs=loose, moments=moments)
+    return plate.resisting(bent).about(State((0.0, 0.0)))

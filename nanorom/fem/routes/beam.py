@@ -11,13 +11,14 @@ from nanorom.fem.models import inertia
 from nanorom.fem.models.beam import Beam, BeamModes, modes
 from nanorom.fem.output import losses
 from nanorom.fem.output.model import Parts
+from nanorom.fem.output.strip import StripWork
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
 from nanorom.fem.routes.route import Route
 from nanorom.fem.solvers.groups import Team
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.files.partial import Journal
-from nanorom.rom.patterns import DrawnWork, reduced
+from nanorom.rom.patterns import reduced
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import String
 from nanorom.scene.scene import Scene
@@ -77,19 +78,6 @@ class BeamRoute(Route):
         axial = beam.axial_frequency
         inertia.check(axial, found.frequency[index[-1]])
         pick = np.ix_(index, index)
-        bent = np.diag(found.bending)[index]
-        motion = losses.Motion(
-            frequency=found.frequency[index],
-            stiffness=np.diag(found.stiffness)[index],
-            strained=bent,
-            dilated=bent,
-            mass=found.mass[index],
-            square=width * found.square[index],
-        )
-        shapes = _strip(found, index, width)
-        area = width * found.area[index]
-        momentum = beam.mass_per_length * found.area[index]
-        work = DrawnWork(shapes, area, width * found.slope[pick], momentum)
         return Parts(
             frequency=found.frequency[index],
             mass=found.mass[index],
@@ -97,9 +85,10 @@ class BeamRoute(Route):
             stiffness=found.stiffness[pick],
             quadratic=np.zeros((len(index),) * 3),
             cubic=found.cubic[np.ix_(index, index, index, index)],
-            losses=losses.losses(scene, motion),
-            patterns=reduced(work, None),
-            shapes=shapes,
+            losses=losses.losses(scene, motion_of(found, index, width)),
+            patterns=reduced(StripWork(found, index, width), scene.drive),
+            shapes=_strip(found, index, width),
+            viscous=viscous_of(scene, found, index),
             method=self.method(scene),
             diagnostics={
                 "asymmetry": 0.0,
@@ -108,6 +97,39 @@ class BeamRoute(Route):
                 "in_plane_frequency": axial,
             },
         )
+
+
+def motion_of(found: BeamModes, index: NDArray[np.int64], width: float) -> losses.Motion:
+    """What losses of some modes of a beam follow from."""
+    bent = np.diag(found.bending)[index]
+    return losses.Motion(
+        frequency=found.frequency[index],
+        stiffness=np.diag(found.stiffness)[index],
+        strained=bent,
+        dilated=bent,
+        mass=found.mass[index],
+        square=width * found.square[index],
+    )
+
+
+def viscous_of(
+    scene: Scene, found: BeamModes, index: NDArray[np.int64]
+) -> dict[str, NDArray[np.float64]]:
+    """Parts of the force that a viscoelastic material damps, as `routes.methods.viscous` has them.
+
+    Raises SceneError for elastic ends, whose springs are not of the material.
+    """
+    if scene.damping is None or scene.damping.material_time == 0:
+        return {}
+    if any(isinstance(kind, Spring) for kind in found.beam.ends):
+        raise SceneError("damping.material_time: only for rigid supports; found springs")
+    pick = np.ix_(index, index)
+    slope, beam = found.slope[pick], found.beam
+    stretching = np.einsum("rl,jk->rjkl", slope, slope)
+    return {
+        "bending": found.bending[pick],
+        "stretching": beam.axial_stiffness / (2 * beam.length) * stretching,
+    }
 
 
 def beam_of(scene: Scene) -> tuple[Beam, float]:

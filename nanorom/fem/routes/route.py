@@ -22,8 +22,8 @@ from nanorom.scene.scene import Scene
 class Route(ABC):
     """What it refuses, what it needs, what that costs, and the parts of the model that it makes.
 
-    of_plates: its film is a plate or membrane, whose states can be followed with their load, and
-    whose own periodic orbits can be solved for; in_space: a mesh file may be a surface in space.
+    of_plates: its film is a plate or membrane, whose states can be followed with their load;
+    in_space: a mesh file may be a surface in space.
     """
 
     of_plates = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -228,6 +229,8 @@ class Factorization(Factors):
 
 def multiply(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
     """Product (owned rows, m) of a matrix with many columns (owned rows, m). Collective."""
+    if not np.diff(matrix.getOwnershipRangesColumn()).all():  # of which PETSc 3.25 dies at once
+        return _one_by_one(matrix.mult, matrix.createVecRight(), matrix.createVecLeft(), columns)
     x = dense(matrix, columns)
     y = matrix.matMult(x)
     product = np.array(y.getDenseArray())
@@ -239,10 +242,17 @@ def multiply(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
 def transposed(matrix: PETSc.Mat, columns: np.ndarray) -> np.ndarray:
     """Product (owned columns, m) of a matrix' transpose with columns. Collective."""
     x, y = matrix.createVecLeft(), matrix.createVecRight()
+    return _one_by_one(matrix.multTranspose, x, y, columns)
+
+
+def _one_by_one(
+    apply: Callable[[PETSc.Vec, PETSc.Vec], None], x: PETSc.Vec, y: PETSc.Vec, columns: np.ndarray
+) -> np.ndarray:
+    """What ``apply`` makes of every column in turn, by two vectors that it frees. Collective."""
     product = np.empty((y.getLocalSize(), columns.shape[1]))
     for i, column in enumerate(columns.T):
         x.array[:] = column
-        matrix.multTranspose(x, y)
+        apply(x, y)
         product[:, i] = y.array
     x.destroy()
     y.destroy()

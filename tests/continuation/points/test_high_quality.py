@@ -9,6 +9,7 @@ from nanorom.continuation import ModalSystem, explore
 
 POWER = 2e-3  # of the power: what the drive does in excess of the loss, anywhere on the branch
 PEAK = 2e-3  # of the amplitude at the peak: f = c w q but for the third harmonic
+APART = 10.0  # degrees
 WIDTH = 2e-3  # of the width of a tongue: second order in the drive, and location of its ends
 
 
@@ -76,3 +77,26 @@ def test_combination_tongues_and_those_of_moving_orbits_are_found() -> None:
     moved = explore(duffing(1e-6), (1.7, 2.9), 0.05, 4e-6, depth=0).special_points
     assert [point.type for point in moved] == ["PD", "PD"]
     assert 2e-6 < np.ptp([point.omega for point in moved]) < 4e-6
+
+
+def test_doubled_motions_that_nothing_leads_to_are_found_each_once() -> None:
+    """Under both drives there are four, of two phases each: two of the tongue, two beside it. The
+    power of the drives is the loss in each of them.
+    """
+    damping, direct, parametric, omega = 1e-6, 0.05, 4e-6, 2.3
+    diagram = explore(duffing(damping), (1.7, 2.9), direct, parametric)
+    phases = []
+    for branch in diagram.branches:
+        if branch.period_multiple == 1:
+            continue
+        index = int(np.abs(branch.omega - omega).argmin())
+        orbit = branch.orbit(index)
+        times, q, v = orbit.time_series()
+        drive = np.cos(orbit.omega * times)[:-1, None]
+        power = (v[:-1] * drive * (direct + parametric * q[:-1])).mean()
+        assert abs(power / (damping * (v[:-1] ** 2).mean()) - 1) < POWER
+        for place in np.flatnonzero(np.diff(np.sign(branch.omega - omega))):
+            cosine, sine = branch.coefficients[place][1:3, 0]
+            phases.append(np.degrees(np.arctan2(sine, cosine)) % 180)  # a period later: 180 more
+    assert len(phases) == 4
+    assert np.diff(np.sort(phases)).min() > APART
