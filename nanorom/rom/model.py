@@ -218,8 +218,9 @@ class ReducedModel(Modal):
         return attrs.evolve(self, **picked)
 
     def _position(self, mode: int | str) -> int:
+        names: list[Any] = list(self.label)
         if isinstance(mode, str):
-            names, found = list(self.label), index_of(self.label, mode)
+            found = index_of(self.label, mode)
         else:
             names = self.number.tolist()
             found = names.index(mode) if mode in names else None

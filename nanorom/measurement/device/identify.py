@@ -8,32 +8,25 @@ data leave open is told, with what would close it.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
 
-from nanorom.errors import AmbiguityWarning, SceneError
-from nanorom.measurement.assignment import assign
-from nanorom.measurement.data import MeasuredResponse, Resonances, Trace
+from nanorom.errors import SceneError
+from nanorom.measurement.data import MeasuredResponse, Trace
+from nanorom.measurement.device.begin import Begin, fit_of
+from nanorom.measurement.device.choice import Choice, chosen
 from nanorom.measurement.device.fit import DeviceFit, Evaluation, Measured, quantile
-from nanorom.measurement.device.parameters import Known, Parameter, Parameters
+from nanorom.measurement.device.parameters import Parameters
 from nanorom.measurement.device.request import Request
 from nanorom.measurement.device.start import from_peaks
 from nanorom.measurement.sweeps.peaks import CONFIDENCE, Estimate, Peak, find_peaks, is_alike
-from nanorom.measurement.unknowns import Film
-from nanorom.rom.names import plain
 from nanorom.scene.excitation import Damping
 from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
 
-if TYPE_CHECKING:
-    from nanorom.fem.sensitivity.model import ModelSlopes
-
-COARSE = 0.05  # relative: how far a mode's frequency in the scene may be from the measured one
 PART = 0.2  # of the largest share in what is not told: parameters that belong to it
 
 
@@ -42,17 +35,6 @@ class Open:
     """Numbers that the data do not tell apart: any one of them, measured otherwise, tells all."""
 
     titles: tuple[str, ...]
-
-
-@attrs.frozen
-class Choice:
-    """A model that was tried: name; evidence: -2 log of its likelihood with what its parameters
-    cost, relative to the one taken, a factor on odds of exp(-evidence/2); taken.
-    """
-
-    name: str
-    evidence: float
-    taken: bool
 
 
 @attrs.frozen(eq=False)
@@ -151,156 +133,17 @@ def identify_sweeps(
     peaks = _peaks(linear, told)
     request = Request.of(scene, linear, unknowns, len(peaks))
     told("modes", 0, 1)
-    begin, names = _modes(scene, peaks, request, labels)
-    parameters = _parameters(begin, names, request, peaks, linear.unit)
-    x = from_peaks(parameters, peaks, list(range(len(peaks))), request.levels)
-    fit = _fit(parameters, linear, peaks, request)
+    begin = Begin.of(scene, peaks, request, labels, linear.unit)
+    x = from_peaks(begin.parameters, peaks, list(range(len(peaks))), request.levels)
+    fit = fit_of(begin.parameters, peaks, request)
     told("fit", 0, 1)
-    found = fit.descend(x)
-    fit, found, choices = _with_nonlinear_damping(fit, found)
+    fit, found, choices = chosen(fit, fit.descend(x), begin)
     told("fit", 1, 1)
     return _result(fit, found, choices, request, linear.unit)
 
 
 def _peaks(measured: MeasuredResponse, told: Progress) -> list[Peak]:
     return sorted(find_peaks(measured, told), key=lambda peak: peak.frequency.value)
-
-
-def _reducer() -> Callable[[Scene, Sequence[str]], ModelSlopes]:
-    from nanorom.launch import finite_elements
-
-    with finite_elements():
-        from nanorom.fem.sensitivity.model import model_slopes
-    return model_slopes
-
-
-def _modes(
-    scene: Scene, peaks: Sequence[Peak], request: Request, labels: Sequence[str]
-) -> tuple[Scene, list[str]]:
-    """The scene with the modes of the peaks alone, near to their frequencies, and their names."""
-    frequency = np.array([peak.frequency.value for peak in peaks])
-    known = [plain(label) for label in labels] or [""] * len(peaks)
-    if len(known) != len(peaks):
-        raise SceneError(f"labels: found {len(known)}; allowed: {len(peaks)}, one for each peak")
-    scene = _near(scene, frequency, request, known)
-    found = _reducer()(scene, [])
-    names = [plain(name) for name in found.label]
-    for name in known:
-        if name and name not in names:
-            raise SceneError(f"labels: found {name!r}; allowed: {', '.join(names)}")
-    if len(peaks) > len(names):
-        raise SceneError(
-            f"modes.count: found {len(names)}, fewer than the {len(peaks)} peaks of the data"
-        )
-    places = found.value.frequency
-    shift = np.log(frequency[0] / places[0]) if not known[0] and len(peaks) == 1 else 0.0
-    index = assign(np.log(frequency) - shift, known, np.log(places), names, COARSE)
-    numbers = [found.number[i] for i in index]
-    return scene.with_(modes=sorted(numbers), damping=None, drive=scene.drive, sweep=None), [
-        names[i] for i in index
-    ]
-
-
-def _near(scene: Scene, frequency: Array, request: Request, known: Sequence[str]) -> Scene:
-    """The scene whose resonances are near the measured ones, where these can tell (step I)."""
-    from nanorom.measurement.identify import identify
-
-    film = [unknown for unknown in request.film if unknown.slope(Film.of(scene)).any()]
-    pulls = [unknown for unknown in film if unknown.pulls]
-    for names in (film, pulls, pulls[:1]):
-        if not names or len(names) > len(frequency) or len(frequency) == 1:
-            continue  # one peak is the lowest mode, if nothing else is said
-        try:
-            with warnings.catch_warnings():
-                if len(names) < len(film):
-                    warnings.simplefilter("ignore", AmbiguityWarning)
-                return identify(
-                    scene, Resonances(frequency, tuple(known)), [unknown.name for unknown in names]
-                ).scene
-        except SceneError:  # not determined by frequencies: by fewer of them
-            continue
-    return scene
-
-
-def _parameters(
-    scene: Scene, label: Sequence[str], request: Request, peaks: Sequence[Peak], unit: str
-) -> Parameters:
-    """All parameters where the search begins, before the peaks have told more."""
-    film = Film.of(scene)
-    sought = [Parameter(u.name, "", u.of(film), u.unit) for u in request.film]
-    quality = scene.damping.per_mode(len(label)) if scene.damping else (np.nan,) * len(label)
-    fixed = {f"quality_factor.{name}": value for name, value in zip(label, quality)}
-    fixed |= {"material_time": film.material_time, "offset": 0.0, "drive": 1.0, "readout": 1.0}
-    begin = {
-        "quality_factor": [peak.quality_factor.value for peak in peaks],
-        "drive": [1.0] * len(peaks),
-        "readout": [1.0] * len(peaks),
-    }
-    units = {
-        "quality_factor": "1",
-        "drive": "1" if request.pattern else "N",
-        "readout": f"{unit}/m" if unit != "m" else "1",
-        "material_time": "s",
-        "offset": "Hz",
-    }
-    for name, each in request.beside.items():
-        if name not in begin:
-            sought.append(Parameter(name, "", fixed.pop(name), units[name], logarithm=False))
-            continue
-        values = begin[name]
-        if each:
-            sought += [Parameter(name, m, v, units[name]) for m, v in zip(label, values)]
-        else:
-            sought.append(Parameter(name, "", float(np.median(values)), units[name]))
-        fixed = {k: v for k, v in fixed.items() if k.partition(".")[0] != name}
-    return Parameters(
-        scene=scene,
-        label=tuple(label),
-        unknowns=request.film,
-        sought=tuple(sought),
-        fixed=fixed,
-        known=Known(request.pattern, None),
-        reduce=_reducer(),
-    )
-
-
-def _fit(
-    parameters: Parameters, measured: MeasuredResponse, peaks: Sequence[Peak], request: Request
-) -> DeviceFit:
-    """The rows of every peak, with the noise that its own fit has left."""
-    parts, ranges, noise = [], [], []
-    for place, peak in enumerate(peaks):
-        rows = np.concatenate([trace.frequency for trace in peak.traces])
-        ranges.append((float(rows.min()), float(rows.max())))
-        size = max(float(trace.amplitude.max()) for trace in peak.traces)
-        noise.append((peak.noise * size, 0.0))
-        parts += [Measured(trace, request.levels[trace.level], place) for trace in peak.traces]
-    return DeviceFit(parameters, parts, ranges, noise)
-
-
-def _with_nonlinear_damping(
-    fit: DeviceFit, found: Evaluation
-) -> tuple[DeviceFit, Evaluation, tuple[Choice, ...]]:
-    """The fit with a viscous film if the data are likelier so (Schwarz' criterion)."""
-    name = "material_time"
-    if any(parameter.name == name for parameter in fit.parameters.sought):
-        return fit, found, ()
-    more = attrs.evolve(
-        fit, parameters=fit.parameters.with_(Parameter(name, "", 0.0, "s", logarithm=False))
-    )
-    start = np.append(found.x, fit.parameters.fixed[name])
-    tried = more.evaluate(start, fit)
-    step = more.step(tried)
-    if step[-1] <= 0 or more.promised(tried) < np.log(fit.rows):
-        return fit, found, ()
-    end = more.descend(start + step, rounds=1)
-    difference = more.evidence(end) - fit.evidence(found)
-    better = difference < 0 and end.x[-1] > 0
-    choices = (
-        Choice("linear damping", 0.0 if not better else -difference, not better),
-        Choice("nonlinear damping", difference if not better else 0.0, better),
-    )
-    return (more, end, choices) if better else (fit, found, choices)
 
 
 def _result(

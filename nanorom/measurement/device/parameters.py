@@ -75,12 +75,10 @@ class Known:
     """What is known of the instruments.
 
     pattern: name of the scene's pattern of direct drive that levels multiply, or "" where the
-    force on each mode is a number of its own, in N per unit of the level; spot: (x, y) m of the
-    read-out, or None where it reads the largest deflection of a mode; quality_factor: (L,).
+    force on each mode is a number of its own, in N per unit of the level.
     """
 
     pattern: str
-    spot: tuple[float, float] | None
 
 
 @attrs.define(eq=False)
@@ -89,7 +87,7 @@ class Parameters:
 
     scene: with the modes of the fit alone; label: of these modes; unknowns: of the scene's film;
     sought: all parameters, those of the film first; fixed: values by title of the numbers of the
-    instruments that are known.
+    instruments that are known; signs: of the force on modes, where it is against the others'.
     """
 
     scene: Scene
@@ -100,6 +98,7 @@ class Parameters:
     known: Known
     reduce: Callable[[Scene, Sequence[str]], ModelSlopes]
     evaluations: int = 0
+    signs: dict[str, float] = attrs.Factory(dict)
 
     def start(self) -> Array:
         """(p,) where the search begins."""
@@ -190,8 +189,10 @@ class _Builder:
         )
 
     def pattern(self, arrays: Arrays) -> Array:
-        name = self.parameters.known.pattern
-        return arrays.drive[name] if name else np.ones(len(arrays.mass))
+        name, signs = self.parameters.known.pattern, self.parameters.signs
+        if name:
+            return arrays.drive[name]
+        return np.array([signs.get(label, 1.0) for label in self.parameters.label])
 
     def by_scene(self, terms: Terms, slope: Arrays) -> Terms:
         """What the logarithm of a number of the scene changes."""
