@@ -66,7 +66,7 @@ MESHES = {
     "untagged.msh": (msh(lines=[], name=None), "no boundary of the mesh is held|physical"),
     "open.msh": (msh(lines=AROUND[:4]), "2 of 6 .*no physical curve"),
     "inside.msh": (msh(lines=[*AROUND, (2, 5)]), "inside the film"),
-    "no-surface.geo": ("Point(1) = {0, 0, 0, 1};", "no surface"),
+    "no-surface.geo": ("Point(1) = {0, 0, 0, 1};\n", "no surface"),
     "syntax.geo": (geo("Point(1 = {0};"), "syntax error"),
     "binary.geo": (RANDOM, "not text"),
     "command.geo": (geo('SystemCall "touch pwned";'), "line 1: found SystemCall"),

@@ -5,8 +5,8 @@ found.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -14,7 +14,9 @@ from scipy.integrate import cumulative_trapezoid
 from nanorom.continuation.branches.series import Series
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.floquet import FloquetSolver
-from nanorom.continuation.orbits.orbit import Orbit, orbit_state, same_orbit
+from nanorom.continuation.orbits.harmonics import turned
+from nanorom.continuation.orbits.orbit import SAME_ORBIT, Orbit, orbit_state, same_orbit
+from nanorom.continuation.orbits.turns import nearest
 from nanorom.types import Array, Numbers
 
 ARC_POINTS = 33
@@ -62,13 +64,7 @@ class Path:
 
     def contains(self, orbit: Orbit) -> bool:
         """Whether the path passes through an orbit (or through it a period of the drive later)."""
-        if orbit.period_multiple != self.tracer.period_multiple:
-            return False
-        for step in self.steps:
-            for root in step.crossings(orbit.rate):
-                if same_orbit(self.tracer.orbit(step, root), orbit):
-                    return True
-        return False
+        return self.passing(orbit, SAME_ORBIT) is not None
 
     def rate(self, place: Place) -> float:
         return self.steps[place.step].rate(place.a)
@@ -182,15 +178,26 @@ class Path:
             turn for turn in generators if np.abs(coefficients @ turn.T).max() > TURNED * size
         ]
 
-    def passing(self, orbit: Orbit) -> tuple[Series, float] | None:
-        """The step and the place in it at which the path passes through an orbit."""
+    def passing(self, orbit: Orbit, tolerance: float = NEARBY) -> tuple[Series, float] | None:
+        """The step and the place in it at which the path passes through an orbit, or through
+        another member of its family.
+        """
         if orbit.period_multiple != self.tracer.period_multiple:
             return None
         for step in self.steps:
             for root in step.crossings(orbit.rate):
-                if same_orbit(self.tracer.orbit(step, root), orbit, NEARBY):
+                own = self.tracer.orbit(step, root)
+                if any(same_orbit(own, each, tolerance) for each in self._members(orbit, own)):
                     return step, root
         return None
+
+    def _members(self, orbit: Orbit, own: Orbit) -> Iterator[Orbit]:
+        """An orbit, and of its family those nearest to one of the path's at each of its periods."""
+        yield orbit
+        for shift in range(orbit.period_multiple if self.generators else 0):
+            moved = turned(orbit.coefficients, 2 * np.pi * shift / orbit.period_multiple)
+            turns = nearest(moved, own.coefficients, self.generators)
+            yield replace(orbit, coefficients=turns)
 
 
 def _arc_length(step: Series) -> tuple[Array, Array]:

@@ -143,6 +143,7 @@ class Record:
         branch may pass closely, or be at a fold.
         """
         path = Path(tracer, self.floquet, steps)
+        path.turned_by(self.generators)
         places = [path.place(part * path.offsets[-1]) for part in INNER]
         orbits = [path.orbit(place) for place in places]
         if any(_passes(other, orbits) for other in self.paths):
