@@ -1,5 +1,7 @@
 """Numbers of a device come back from its nonlinear sweeps, with intervals that hold them."""
 
+import itertools
+
 import attrs
 import numpy as np
 import pytest
@@ -79,6 +81,26 @@ def test_outliers_and_a_wrong_start_change_little(clean, found):
     other = nanorom.identify_sweeps(wrong, data, UNKNOWNS)
     for title, estimate in found.estimate.items():
         assert other[title].value == pytest.approx(estimate.value, abs=2 * estimate.interval)
+
+
+def test_two_modes_that_are_fitted_with_one_are_recognised():
+    """A neighbour 1.5 linewidths away, with a seventh of the force, coupled to the first."""
+    mass = EFFECTIVE * np.pi * RADIUS**2 * THICKNESS * DENSITY
+    omega = 2 * np.pi * FREQUENCY * np.array([1.0, 1.015])
+    cubic = np.zeros((2,) * 4)
+    cubic[0, 0, 0, 0], cubic[1, 1, 1, 1] = CUBIC, 8 * CUBIC
+    for place in set(itertools.permutations((0, 0, 1, 1))):
+        cubic[place] = 1.5 * CUBIC
+    system = ModalSystem(
+        mass=[mass, mass],
+        damping=mass * omega / QUALITY,
+        stiffness=mass * omega**2,
+        cubic=cubic,
+        direct=[FORCE, 0.15 * FORCE],
+    )
+    rows = [FREQUENCY * np.linspace(0.96, 1.11, 90)]
+    data = noisy(sweeps(system, rows, LEVELS, np.ones(2), "m"), NOISE, 2)
+    assert nanorom.identify_sweeps(guess(), data, UNKNOWNS).misfit
 
 
 def test_what_arbitrary_units_leave_open_is_told(clean):
