@@ -206,9 +206,10 @@ def has_time(path: str | Path, columns: Mapping[str, str] | None = None) -> bool
 
 
 def is_sweep(path: str | Path, columns: Mapping[str, str] | None = None) -> bool:
-    """Whether a file has amplitudes against frequency; raises FileError."""
+    """Whether a file has amplitudes against frequency, not named resonances; raises FileError."""
     table = Table(path, columns)
-    return "amplitude" in table or ("x" in table and "y" in table)
+    named = "label" in table and not ("level" in table or "sweep" in table)
+    return not named and ("amplitude" in table or ("x" in table and "y" in table))
 
 
 def _positive(table: Table, quantity: str) -> Array:

@@ -162,7 +162,7 @@ def _parameters(
     units = {
         "quality_factor": "1",
         "drive": "1" if request.pattern else "N",
-        "readout": f"{unit}/m" if unit != "m" else "1",
+        "readout": f"{unit.partition(',')[0]}/m" if unit != "m" else "1",
         "material_time": "s",
         "offset": "Hz",
     }

@@ -17,6 +17,7 @@ from nanorom.types import Array, Numbers
 STEP = 1e-3  # relative, of an orbit: differences of functions of third degree in it
 CORRECTIONS = 4
 FAR = 0.15  # relative, of an orbit: a correction that goes farther leads to another one
+STEEPEST = 0.1  # of the least singular value at the top of a linear resonance
 LOSS = 2 / 3  # of tau: the share of d(B qqq)/dt that D q d(qq)/dt is
 
 
@@ -138,12 +139,19 @@ class RowEquations:
         return np.asarray(np.where(good[:, None, None], x, start))
 
     def slopes(self, x: Array, rate: Array, changes: list[Terms]) -> tuple[Array, Array]:
-        """Derivatives of orbits by parameters (n, h, L, p), and by the rate (n, h, L)."""
+        """Derivatives of orbits by parameters (n, h, L, p), and by the rate (n, h, L).
+
+        Next to a fold, where they are infinite and no straight line holds, they are bounded.
+        """
         n, count, size = x.shape
         right = np.concatenate(
             [self.by_parameters(x, rate, changes), self.by_rate(x, rate)[..., None]], axis=-1
         )
-        found = -np.linalg.solve(self.jacobian(x, rate), right.reshape(n, count * size, -1))
+        left, sizes, turned = np.linalg.svd(self.jacobian(x, rate))
+        # at the top of a linear resonance the least singular value is the damping by the rate
+        least = STEEPEST * self._scaled(self.terms)[0].min() * rate[:, None]
+        found = left.transpose(0, 2, 1) @ right.reshape(n, count * size, -1)
+        found = -turned.transpose(0, 2, 1) @ (found / np.maximum(sizes, least)[..., None])
         found = found.reshape(n, count, size, -1)
         return found[..., :-1], found[..., -1]
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from nanorom.errors import SceneError
 from nanorom.measurement.device.parameters import FARTHEST, Device, Parameters
 from nanorom.measurement.sweeps.peaks import Peak
 from nanorom.types import Array
@@ -56,6 +57,11 @@ def _differences(
     for peak, r in zip(peaks, mode):
         k, c, b = terms.stiffness[r], terms.damping[r], terms.cubic[r, r, r, r]
         gain, force = device.gain[r], terms.force[r]
+        if force == 0:
+            raise SceneError(
+                f"unknowns: found drive, whose pattern does not move {device.label[r]}; allowed: "
+                "drives, or another pattern in [drive]"
+            )
         by_k = np.array([change.stiffness[r] for change in changes]) / k
         by_c = np.array([change.damping[r] for change in changes]) / c
         by_b = np.array([change.cubic[r, r, r, r] for change in changes]) / b
