@@ -29,10 +29,18 @@ if TYPE_CHECKING:
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
     from nanorom.scene.film import Plate, Tension
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
+    from nanorom.scene.instrument import Instrument
     from nanorom.scene.layers import Layer, Stack
     from nanorom.scene.load import Load
     from nanorom.scene.mass import AddedMass
     from nanorom.scene.material import Gas, Material
+    from nanorom.scene.outlines import (
+        DiscRegion,
+        PolygonRegion,
+        RectangleRegion,
+        RingRegion,
+        SurfaceRegion,
+    )
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
@@ -66,10 +74,18 @@ _HOMES = {
         "Rectangle",
         "String",
     ),
+    "scene.instrument": ("Instrument",),
     "scene.layers": ("Layer", "Stack"),
     "scene.load": ("Load",),
     "scene.mass": ("AddedMass",),
     "scene.material": ("Gas", "Material"),
+    "scene.outlines": (
+        "DiscRegion",
+        "PolygonRegion",
+        "RectangleRegion",
+        "RingRegion",
+        "SurfaceRegion",
+    ),
     "scene.scene": (
         "Accuracy",
         "Modes",
@@ -99,12 +115,14 @@ __all__ = [
     "AddedMass",
     "Damping",
     "Disc",
+    "DiscRegion",
     "Drive",
     "Edge",
     "Excitation",
     "Frequency",
     "Gas",
     "Harmonic",
+    "Instrument",
     "Layer",
     "Load",
     "LoadCurve",
@@ -114,10 +132,13 @@ __all__ = [
     "NanoromError",
     "PlaneSpring",
     "Plate",
+    "PolygonRegion",
     "Rectangle",
+    "RectangleRegion",
     "ReducedModel",
     "Reduction",
     "Response",
+    "RingRegion",
     "Scene",
     "Sensitivity",
     "Shapes",
@@ -126,6 +147,7 @@ __all__ = [
     "String",
     "Study",
     "Support",
+    "SurfaceRegion",
     "Sweep",
     "Tension",
     "Verified",

@@ -271,7 +271,14 @@ def run(
             start = time.perf_counter()
             path = directory / "response.h5"
             response = respond(
-                model, scene.drive, scene.sweep, scene.damping, told, processes, path
+                model,
+                scene.drive,
+                scene.sweep,
+                scene.damping,
+                told,
+                processes,
+                path,
+                scene.readout,
             )
             seconds["respond"] = time.perf_counter() - start
             summary |= summary_text.of_response(response)

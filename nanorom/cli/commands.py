@@ -125,6 +125,7 @@ def respond_command(options: argparse.Namespace) -> None:
             excitation.damping,
             progress,
             path=options.output,
+            readout=excitation.readout,
         )
 
 

@@ -229,7 +229,8 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--read",
         metavar="OUTPUT",
-        help='of a response, instead: decibels and phase of a mode (f01) or a point ("1 um, 0 um")',
+        help='of a response, instead: decibels and phase of a mode (f01), a point ("1 um, 0 um") '
+        "or the readout's spot; of its voltage where there is a readout",
     )
     parser.add_argument(
         "--harmonic", default="1", help="of the drive's frequency that is read (1); 1/2, 2, ..."

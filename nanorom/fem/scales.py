@@ -67,10 +67,12 @@ def acting_tension(scene: Scene) -> Tension | None:
     """
     load, change = scene.load, 0.0
     if load is not None:
-        if any(part is not None for part in (load.pressure, load.voltage, load.force)):
+        if load.deflects:
             return None
         change = (load.stress or 0.0) * scene.plate.thickness
     if scene.plate.initial_shape is not None or isinstance(scene.geometry, MeshFile):
+        return None
+    if scene.regions:
         return None
     t, kinds = scene.tension, scene.supports
     tension = Tension(t.x + change, t.y + change, t.xy)

@@ -53,6 +53,8 @@ class Spectrum:
             )
         if scene.masses:
             raise SceneError("mass: a scene to identify is about the bare film; remove [[mass]]")
+        if scene.regions:
+            raise SceneError("region: a scene to identify is of one film; remove [[region]]")
         if scene.tension.xy:
             raise SceneError(
                 f"tension.xy: found {scene.tension.xy:g} N/m; allowed in a scene to identify: 0"

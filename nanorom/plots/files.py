@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from nanorom.results.verified import Verified
     from nanorom.rom.model import ReducedModel
 
+SPOT = "spot"  # of --read: where the response's readout looks
+
 
 def draw_model(
     model: ReducedModel, path: Path, folder: Path, measured: MeasuredResponse | None = None
@@ -46,7 +48,8 @@ def draw_response(
 def draw_reading(content: Any, path: Path, folder: Path, output: str, harmonic: str) -> None:
     """reading.png: decibels and phase of a mode, by its name, or of a point, "1 um, 0.5 um".
 
-    Raises FileError for a file that is no response; for a point, without its model beside it.
+    ``output`` may be "spot", the place of the response's readout.  Raises FileError for a file that
+    is no response; for a point, without its model beside it.
     """
     from nanorom.results.beside import MODEL, model_beside
     from nanorom.results.response import Response
@@ -54,8 +57,13 @@ def draw_reading(content: Any, path: Path, folder: Path, output: str, harmonic: 
     if not isinstance(content, Response):
         raise FileError(f"{path}: --read goes with a response.h5 alone")
     place: Output = output
-    if "," in output:
-        x, y = _point(output)
+    spot = None
+    if output == SPOT:
+        spot = None if content.readout is None else content.readout.position
+        if spot is None:
+            raise FileError(f"{path}: has no readout.position, which --read {SPOT} needs")
+    if "," in output or spot is not None:
+        x, y = spot or _point(output)
         shapes = model_beside(content, path).shapes
         if shapes is None:
             raise FileError(f"{path.with_name(MODEL)}: keeps no shapes, which a point needs")

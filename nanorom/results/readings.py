@@ -12,6 +12,7 @@ import numpy as np
 from nanorom.continuation import Branch, Readout, SpecialPoint, readout
 from nanorom.errors import ContinuationError
 from nanorom.rom.names import index_of
+from nanorom.scene.instrument import Instrument
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -19,7 +20,10 @@ if TYPE_CHECKING:
 
 Output = str | int | Sequence[float] | Array  # a mode by its name or place, or values (L,) of modes
 REFERENCE = 1e-9  # m: decibels are those of nanometres
+MOST_SAMPLES = 1 << 18
+MARGIN = 40  # harmonics beyond what a fringe is turned by: Bessel functions of that order vanish
 COLUMNS = {"x": "m", "y": "m", "phase": "rad", "decibel": "dB re 1 nm"}
+VOLTAGES = {"signal_x": "V", "signal_y": "V", "signal_phase": "rad", "dbm": "dBm"}
 
 
 @attrs.define(eq=False)
@@ -78,6 +82,52 @@ def reading(
     return readout(given, weights(response, output), float(number))
 
 
+def signal(
+    response: Response, orbits: Branch | SpecialPoint, output: Output, harmonic: object = 1
+) -> Readout:
+    """The same of the voltage that the response's readout makes of an output, in V.
+
+    A fringe makes harmonics of a motion that has none.  Raises ContinuationError, also where there
+    is no readout, or a motion goes through so many fringes that they cannot be told apart.
+    """
+    instrument = response.readout
+    if instrument is None:
+        raise ContinuationError("readout: none; allowed: of a response with [readout]")
+    single = isinstance(orbits, SpecialPoint)
+    given: Any = [orbits.coefficients] if single else orbits.coefficients
+    omega, number = np.atleast_1d(orbits.omega), order(harmonic) * orbits.period_multiple
+    if number.denominator > 1:
+        return Readout(omega, np.zeros(len(omega), dtype=complex))
+    seen = weights(response, output)
+    found = [_of_voltage(instrument, each @ seen, int(number)) for each in given]
+    return Readout(omega, np.array(found, dtype=complex))
+
+
+def _of_voltage(instrument: Instrument, motion: Array, number: int) -> complex:
+    """Harmonic of the voltage of a motion, mean, cosines and sines in turn (1 + 2 H,), in m."""
+    highest = len(motion) // 2
+    turned = instrument.wave * np.abs(motion[1:]).sum()
+    needed = 2 * (highest * (turned + MARGIN) + number)
+    if not needed <= MOST_SAMPLES:
+        raise ContinuationError(
+            f"readout.wavelength: the motion goes through {turned / (2 * np.pi):.3g} fringes; "
+            f"allowed: so few that {MOST_SAMPLES} samples tell them apart"
+        )
+    count = 1 << int(np.ceil(np.log2(needed)))
+    spectrum = np.zeros(count // 2 + 1, dtype=complex)
+    spectrum[0] = count * motion[0]
+    spectrum[1 : highest + 1] = count / 2 * (motion[1::2] - 1j * motion[2::2])
+    volts = instrument.volts(np.fft.irfft(spectrum, count))
+    found = np.fft.rfft(volts)[number] / count
+    return complex(found if number == 0 else 2 * found)
+
+
 def columns(found: Readout) -> dict[str, Any]:
     """The columns of a table, by name: `COLUMNS` tells their units."""
     return {"x": found.x, "y": found.y, "phase": found.phase, "decibel": found.decibel(REFERENCE)}
+
+
+def voltages(found: Readout, instrument: Instrument) -> dict[str, Any]:
+    """The same of a voltage: `VOLTAGES` tells their units."""
+    power = instrument.dbm(found.size)
+    return {"signal_x": found.x, "signal_y": found.y, "signal_phase": found.phase, "dbm": power}

@@ -32,11 +32,24 @@ from nanorom.rom.model import ReducedModel
 from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
+from nanorom.scene.instrument import Instrument
 from nanorom.scene.units import with_unit
 from nanorom.types import Progress
 from nanorom.version import version
 
 NO_ISOLAS = "isolas are not looked for along curves of folds where the film's heat has states"
+
+
+def _empty(model: ReducedModel, drive: Drive, sweep: Sweep, readout: Instrument | None) -> Response:
+    """A response without its diagrams."""
+    return Response(
+        diagrams=(),
+        drive=drive,
+        sweep=sweep,
+        frequency=model.frequency,
+        label=model.label,
+        readout=readout,
+    )
 
 
 def respond(
@@ -47,6 +60,7 @@ def respond(
     progress: Progress | None = None,
     processes: int | None = None,
     path: str | Path | None = None,
+    readout: Instrument | None = None,
 ) -> Response:
     """Follow the periodic response over a frequency range at every drive level, isolas included
     to which the orbits of neighbouring levels lead; estimated in a larger model where the model
@@ -62,6 +76,7 @@ def respond(
     path : `response.h5`, to which every level is saved as it is finished. Levels that an
         interrupted run with the same model and excitation left there are not computed again.
         Without one, Ctrl-C at a prompt or in a notebook returns the levels that are done.
+    readout : kept with the response, whose tables and pictures then tell voltages.
 
     Raises
     ------
@@ -72,9 +87,7 @@ def respond(
     check_range(model.diagnostics)
     question = Question(drive, sweep, damping)
     system, omega, options = question.of(model)
-    empty = Response(
-        diagrams=(), drive=drive, sweep=sweep, frequency=model.frequency, label=model.label
-    )
+    empty = _empty(model, drive, sweep, readout)
     key = key_of(system, omega, options)
     found = {} if path is None else resume(path, empty, key)
     total = len(drive.levels)

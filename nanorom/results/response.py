@@ -21,6 +21,7 @@ from nanorom.results.readings import Output
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Excitation, Sweep
 from nanorom.scene.fields import parse_toml
+from nanorom.scene.instrument import Instrument
 from nanorom.scene.units import with_unit
 
 KEY = "key"  # attribute: what the levels were computed from, so that a run can go on
@@ -35,7 +36,7 @@ class Response:
     diagrams: omega in rad/s, amplitudes (n, L) in m; drive: the levels; sweep: the range. Read
     from the file of a run that has not ended, it holds the levels finished so far, and
     ``unfinished`` counts the others.  estimates: of what points of each level are wrong by, where
-    the model came with a larger one.
+    the model came with a larger one.  readout: what makes a voltage of the motion, if anything.
     """
 
     FORMAT: ClassVar[str] = "nanorom-response"
@@ -57,6 +58,7 @@ class Response:
         ),
     )
     estimates: tuple[Estimates, ...] = ()
+    readout: Instrument | None = None
     unfinished: int = 0
 
     def __repr__(self) -> str:
@@ -93,7 +95,8 @@ class Response:
         """Every point of every branch, and every special point, as columns (n,) by name.
 
         output : "f01", the place of a mode from 0, or values (L,) of the mode shapes at a point of
-            the film, `model.shapes.at((1e-6, 0.0))`: adds its quadratures, phase and decibels
+            the film, `model.shapes.at((1e-6, 0.0))`: adds its quadratures, phase and decibels, and
+            with a readout those of its voltage
         harmonic : of the drive's frequency; "1/2" for what has twice its period
 
         `nanorom.results.table.columns` says which, and their units; `pandas.DataFrame` takes it.
@@ -103,8 +106,8 @@ class Response:
 
     @property
     def excitation(self) -> str:
-        """Drive and sweep, as TOML."""
-        return Excitation(drive=self.drive, sweep=self.sweep).to_toml()
+        """Drive, sweep and readout, as TOML."""
+        return Excitation(drive=self.drive, sweep=self.sweep, readout=self.readout).to_toml()
 
     def save(self, path: str | Path, key: str = "") -> None:
         """Write `response.h5`, whole or not at all; raises FileError.
@@ -162,7 +165,13 @@ def _read_head(file: h5py.File) -> tuple[Response, int]:
     """A response without its diagrams, and how many levels it has when it is complete."""
     excitation = Excitation.from_dict(parse_toml(hdf5.text(file.attrs[EXCITATION])))
     known = schema.take(Response, Reader(file))
-    response = Response(diagrams=(), drive=excitation.drive, sweep=excitation.sweep, **known)
+    response = Response(
+        diagrams=(),
+        drive=excitation.drive,
+        sweep=excitation.sweep,
+        readout=excitation.readout,
+        **known,
+    )
     return response, len(excitation.drive.levels)
 
 

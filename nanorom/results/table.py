@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nanorom.continuation import Readout
+from nanorom.continuation import Branch, SpecialPoint
 from nanorom.results import readings
 from nanorom.results.readings import Output
 
@@ -29,7 +29,9 @@ def columns(
         periods of the drive; stable : 1, 0, or -1 at special points; special : "" or "LP", ...;
         frequency : of the drive, in Hz; amplitude of MODE : max |q_r| in m, one column per mode.
     With an output, x and y : what goes with cos(k omega t) and -sin(k omega t), in m; phase : ahead
-    of cos(k omega t), in rad, without jumps along a branch; decibel : of 1 nm.
+    of cos(k omega t), in rad, without jumps along a branch; decibel : of 1 nm.  Of a response with
+    a readout also signal_x, signal_y : the same of its voltage, in V; signal_phase; dbm : its power
+    in dB of 1 mW.
     Raises ContinuationError for an output or a harmonic that is not there.
     """
     rows = list(_rows(response))
@@ -42,19 +44,23 @@ def columns(
     for name, values in zip(response.label, np.reshape(amplitude, (-1, size)).T):
         table[f"amplitude of {name}"] = values
     if output is not None:
-        read = [readings.columns(each) for each in _readings(response, output, harmonic)]
-        for name in readings.COLUMNS:
+        read = list(_readings(response, output, harmonic))
+        names = [*readings.COLUMNS, *(readings.VOLTAGES if response.readout is not None else ())]
+        for name in names:
             table[name] = np.concatenate([each[name] for each in read]) if read else np.empty(0)
     return table
 
 
-def _readings(response: Response, output: Output, harmonic: object) -> Iterator[Readout]:
+def _readings(response: Response, output: Output, harmonic: object) -> Iterator[dict[str, Any]]:
     """In the order of `_rows`."""
     for diagram in response.diagrams:
-        for branch in diagram.branches:
-            yield readings.reading(response, branch, output, harmonic)
-        for point in diagram.special_points:
-            yield readings.reading(response, point, output, harmonic)
+        every: list[Branch | SpecialPoint] = [*diagram.branches, *diagram.special_points]
+        for orbits in every:
+            found = readings.columns(readings.reading(response, orbits, output, harmonic))
+            if response.readout is not None:
+                volts = readings.signal(response, orbits, output, harmonic)
+                found |= readings.voltages(volts, response.readout)
+            yield found
 
 
 def headings(response: Response) -> dict[str, str]:

@@ -18,6 +18,7 @@ from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
 from nanorom.scene.drive import Drive
+from nanorom.scene.instrument import Instrument
 
 DEEPEST = 5
 
@@ -172,15 +173,22 @@ def check_complete(damping: Damping | None, drive: Drive | None, sweep: Sweep | 
 
 @attrs.frozen(kw_only=True)
 class Excitation:
-    """The sections that a frequency response needs; without damping, the model's own is used."""
+    """The sections that a frequency response needs; without damping, the model's own is used.
+
+    readout : what makes a voltage of it, if anything.
+    """
 
     drive: Drive
     sweep: Sweep
     damping: Damping | None = None
+    readout: Instrument | None = None
 
     @classmethod
     def from_file(cls, path: str | Path) -> Excitation:
-        """Read [drive], [sweep] and optionally [damping] from a file; raises SceneError."""
+        """Read [drive], [sweep] and optionally [damping] and [readout] from a file.
+
+        Raises SceneError.
+        """
         path = Path(path)
         text = v.read_text(path)
         try:
@@ -192,6 +200,7 @@ class Excitation:
     def from_dict(cls, document: Mapping[str, Any]) -> Excitation:
         """Read the sections from nested dictionaries; raises SceneError."""
         classes: dict[str, Any] = {"drive": Drive, "sweep": Sweep, "damping": Damping}
+        classes["readout"] = Instrument
         for name in document:
             if name not in classes:
                 hint = v.did_you_mean(name, classes)

@@ -18,6 +18,7 @@ from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
 from nanorom.scene.film import Plate, Tension
+from nanorom.scene.load import Load
 from nanorom.scene.material import Material
 from nanorom.scene.support import Kind
 
@@ -123,6 +124,12 @@ class Stack:
         return self._sum(lambda layer: 1.0)
 
     @property
+    def bending_ratio(self) -> float:
+        """Poisson's ratio of its bending about the neutral plane."""
+        held = self._sum(lambda layer: layer.poisson_ratio * layer.stiffness, 2, self.neutral)
+        return held / self._sum(_stiffness, 2, self.neutral)
+
+    @property
     def moment(self) -> float:
         """Of the stress about the neutral plane in N: edges that are not clamped would bow."""
         return self._sum(lambda layer: layer.stress, 1, self.neutral)
@@ -154,21 +161,27 @@ class Stack:
             raise units.wrong("plate.model", plate.model, "plate beside [[layer]]")
         return plate
 
-    def check(self, kinds: Iterable[Kind]) -> None:
-        """Raise SceneError for edges at which the uniform film is not the stack."""
-        if all(kind == "clamped" for kind in kinds):
+    def loaded(self, load: Load | None, kinds: Iterable[Kind]) -> Load | None:
+        """A load and the moment of the stress, where it bows the film at edges that may turn.
+
+        Raises SceneError where the load states a moment too.
+        """
+        if load is not None and load.moment is not None:
+            raise SceneError("load.moment: found beside [[layer]], of whose stress it follows")
+        size = self._sum(lambda layer: abs(layer.stress)) * self.thickness
+        if all(kind == "clamped" for kind in kinds) or abs(self.moment) <= ALIKE * size:
+            return load
+        return Load(moment=self.moment) if load is None else attrs.evolve(load, moment=self.moment)
+
+    def check(self, kinds: Iterable[Kind], parted: bool = False) -> None:
+        """Raise SceneError for edges at which the uniform film is not the stack, of parts too."""
+        if all(kind == "clamped" for kind in kinds) and not parted:
             return
         first = self.layers[0].poisson_ratio
         if any(abs(layer.poisson_ratio - first) > ALIKE for layer in self.layers):
             raise SceneError(
-                "layer.poisson_ratio: found several beside an edge that is not clamped; allowed "
-                "there: one for all layers"
-            )
-        size = self._sum(lambda layer: abs(layer.stress)) * self.thickness
-        if abs(self.moment) > ALIKE * size:
-            raise SceneError(
-                "layer.stress: its moment bows the film at an edge that is not clamped; allowed: "
-                "every edge clamped, or stresses without a moment about the neutral plane"
+                "layer.poisson_ratio: found several beside an edge that is not clamped, or beside "
+                "[[region]]; allowed there: one for all layers"
             )
 
 

@@ -18,7 +18,9 @@ class Load:
     which it attracts; force : in N, at ``position`` (from the film's centre, or in the mesh file's
     coordinates times its scale), spread over a disc of ``radius`` or concentrated in a point;
     stress : isotropic change of the film's stress in Pa, of a temperature change dT by
-    -E alpha dT/(1 - nu) with alpha the expansion of the film relative to its frame's.
+    -E alpha dT/(1 - nu) with alpha the expansion of the film relative to its frame's; moment : of
+    the film's stress about its neutral plane, in N, which bows it where edges may turn: upwards at
+    them where it is stretched above.
     """
 
     pressure: float | None = attrs.field(
@@ -65,17 +67,31 @@ class Load:
         ),
     )
 
+    moment: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity(
+            "load.moment", "N", v.ANY, about="of the stress about the neutral plane, per length"
+        ),
+    )
+
     def __attrs_post_init__(self) -> None:
-        loads = (self.pressure, self.voltage, self.force, self.stress)
+        loads = (self.pressure, self.voltage, self.force, self.stress, self.moment)
         if all(load is None for load in loads) and self.gap is None:
             raise SceneError(
-                "load: no load in it; allowed: pressure, voltage with gap, force, stress"
+                "load: no load in it; allowed: pressure, voltage with gap, force, stress, moment"
             )
         if (self.voltage is None) != (self.gap is None):
             missing = "gap" if self.gap is None else "voltage"
             raise SceneError(f"load.{missing}: missing; a gate needs voltage and gap")
         if self.force is None and (self.position != (0.0, 0.0) or self.radius > 0):
             raise SceneError("load.force: missing; position and radius are those of a force")
+
+    @property
+    def deflects(self) -> bool:
+        """It acts across the film; else it changes the stress in its plane alone."""
+        across = (self.pressure, self.voltage, self.force, self.moment)
+        return any(load is not None for load in across)
 
     @property
     def centred(self) -> bool:

@@ -147,7 +147,7 @@ def _buckles(scene: Scene) -> float | None:
     geometry, load = scene.geometry, scene.load
     if scene.plate.initial_shape is not None or not isinstance(geometry, (Disc, Rectangle)):
         return None
-    if load is not None and any(f is not None for f in (load.pressure, load.voltage, load.force)):
+    if load is not None and load.deflects:
         return None
     change = 0.0 if load is None else (load.stress or 0.0) * scene.plate.thickness
     x, y = scene.tension.x + change, scene.tension.y + change

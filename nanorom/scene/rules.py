@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.parted import check_regions
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
 
@@ -29,6 +30,7 @@ def check_film(scene: Scene) -> None:
         )
     _check_material(scene)
     _check_masses(scene)
+    check_regions(scene)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
@@ -57,8 +59,15 @@ def check_film(scene: Scene) -> None:
 
 
 def check_source(scene: Scene) -> None:
-    """Raise SceneError for a drive whose source the film does not feel."""
-    drive, load = scene.drive, scene.load
+    """Raise SceneError for a drive that the film does not feel, a readout that does not see it."""
+    drive, load, readout = scene.drive, scene.load, scene.readout
+    if readout is not None and readout.position is not None:
+        geometry = scene.geometry
+        if not isinstance(geometry, MeshFile) and not geometry.holds(readout.position):
+            x, y = readout.position
+            raise SceneError(
+                f"readout.position: found ({x:g}, {y:g}) m; allowed: on the {geometry.shape}"
+            )
     if drive is None:
         return
     if drive.voltage is not None and (load is None or load.gap is None):

@@ -36,10 +36,20 @@ from nanorom.scene.geometry import (
     String,
     read_geometry,
 )
+from nanorom.scene.instrument import Instrument
 from nanorom.scene.layers import Stack
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
+from nanorom.scene.outlines import (
+    DiscRegion,
+    PolygonRegion,
+    RectangleRegion,
+    RingRegion,
+    SurfaceRegion,
+)
+from nanorom.scene.pads import Bare, read_regions
+from nanorom.scene.region import Region
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
 from nanorom.scene.rules import check_film, check_source
 from nanorom.scene.support import (
@@ -57,21 +67,28 @@ __all__ = [
     "AddedMass",
     "Damping",
     "Disc",
+    "DiscRegion",
     "Drive",
     "Edge",
     "Gas",
+    "Instrument",
     "Load",
     "Material",
     "MeshFile",
     "Modes",
     "PlaneSpring",
     "Plate",
+    "PolygonRegion",
     "Rectangle",
+    "RectangleRegion",
     "Reduction",
+    "Region",
+    "RingRegion",
     "Scene",
     "Spring",
     "String",
     "Support",
+    "SurfaceRegion",
     "Sweep",
     "Tension",
 ]
@@ -126,11 +143,13 @@ class Scene(metaclass=_Loaded):
     )
     accuracy: Accuracy = attrs.field(default=Accuracy(), metadata=_section("accuracy", Accuracy))
     masses: tuple[AddedMass, ...] = attrs.field(default=(), metadata=_sections("mass", AddedMass))
+    regions: tuple[Region, ...] = attrs.field(default=(), metadata=_sections("region", Region))
     load: Load | None = attrs.field(default=None, metadata=_section("load", Load))
     gas: Gas | None = attrs.field(default=None, metadata=_section("gas", Gas))
     damping: Damping | None = attrs.field(metadata=_section("damping", Damping) | v.OPTIONAL)
     drive: Drive | None = attrs.field(default=None, metadata=_section("drive", Drive))
     sweep: Sweep | None = attrs.field(default=None, metadata=_section("sweep", Sweep))
+    readout: Instrument | None = attrs.field(default=None, metadata=_section("readout", Instrument))
 
     @support.default
     def _usual_support(self) -> Support:
@@ -209,14 +228,13 @@ class Scene(metaclass=_Loaded):
     @property
     def bends_with_loss(self) -> bool:
         """Bending takes energy out of every mode."""
-        return self.material.lossy and self.plate.bends is not False
+        lossy = self.material.lossy or any(region.loss for region in self.regions)
+        return lossy and self.plate.bends is not False
 
     @property
     def supports(self) -> dict[str, Kind]:
         """Kind of support by side; for a mesh file by tag, with the key "default" for the rest."""
-        if self.geometry.sides:
-            return {side: self.support.kind(side) for side in self.geometry.sides}
-        return {**self.support.named, "default": self.support.default}
+        return supports_of(self.geometry, self.support)
 
     @classmethod
     def from_file(cls, path: str | Path) -> Scene:
@@ -262,6 +280,7 @@ class Scene(metaclass=_Loaded):
             table["initial_shape"] = str(Path(directory) / table["initial_shape"])
         plate = stack.plate(table) if stack else v.from_table(Plate, "plate", table)
         given: dict[str, Any] = {"plate": plate, **(stack.film() if stack else {})}
+        regions = document.pop("region", ())
         for name, table in document.items():
             if name == "geometry":
                 given[name] = read_geometry(table, Path(directory))
@@ -276,9 +295,13 @@ class Scene(metaclass=_Loaded):
                 given[keys[name].name] = tuple(read)
             else:
                 given[name] = v.from_table(_CLASSES[name], name, table)
-        scene = cls(**given)
+        if stack and "support" in given:
+            kinds = supports_of(given["geometry"], given["support"]).values()
+            given |= {"load": stack.loaded(given.get("load"), kinds)}
+        bare = Bare.of(stack, plate, given.get("material"), given.get("tension"))
+        scene = cls(**given, regions=read_regions(regions, bare))
         if stack:
-            stack.check(scene.supports.values())
+            stack.check(scene.supports.values(), parted=bool(regions))
         return scene
 
     def with_(
@@ -322,6 +345,13 @@ class Scene(metaclass=_Loaded):
         return v.to_tables(self)
 
 
+def supports_of(geometry: Geometry, support: Support) -> dict[str, Kind]:
+    """Kind of support by side of a shape; of a mesh file by tag, "default" for the rest."""
+    if geometry.sides:
+        return {side: support.kind(side) for side in geometry.sides}
+    return {**support.named, "default": support.default}
+
+
 _CLASSES: dict[str, Any] = {
     "modes": Modes,
     "reduction": Reduction,
@@ -332,4 +362,5 @@ _CLASSES: dict[str, Any] = {
     "damping": Damping,
     "drive": Drive,
     "sweep": Sweep,
+    "readout": Instrument,
 }

@@ -29,6 +29,8 @@ MEANINGS = {
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
     "J": ("a bending stiffness", "1.5 eV"),
     "W": ("a power", "1 mW"),
+    "V/m": ("a responsivity", "2 mV/nm"),
+    "ohm": ("an impedance", "50 ohm"),
     "kg": ("a mass", "1 fg"),
     "K": ("a temperature", "293 K"),
     "1/K": ("an expansion", "2.3e-6 1/K"),

@@ -130,6 +130,8 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> PlateFi
 def check(scene: Scene) -> None:
     """Raise SceneError unless a scene has a film whose orbits can be solved for."""
     check_of_plates(scene, "full-order orbits")
+    if scene.regions:
+        raise SceneError("region: found; full-order orbits are those of one film without regions")
     if any(isinstance(kind, Edge) or kind == "free" for kind in scene.support.kinds):
         _check_edges(scene)
 
@@ -259,7 +261,6 @@ class _Pieces:
         viscous = self._viscous(film, parity)
         dynamics = ClassDynamics(stiffness, mass, static, extra, *known, 0.0, viscous)
         return completed(dynamics, film.quality[-1], highest, stiffness if flat else None)
-
 
     def _viscous(self, film: PlateFilm, parity: Parity) -> sp.csr_matrix | None:
         """What a viscoelastic material adds to the damping: its time times the bending."""

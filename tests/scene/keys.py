@@ -12,11 +12,14 @@ from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import SHAPES
+from nanorom.scene.instrument import Instrument
 from nanorom.scene.layers import Layer
 from nanorom.scene.load import Load
 from nanorom.scene.mass import AddedMass
 from nanorom.scene.material import Gas, Material
+from nanorom.scene.outlines import REGIONS
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
+from nanorom.scene.region import Region
 from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
@@ -35,12 +38,15 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "accuracy": Accuracy,
     "layer": Layer,
     "mass": AddedMass,
+    "region": Region,
+    **{f"region, {name}": kind for name, kind in REGIONS.items()},
     "load": Load,
     "gas": Gas,
     "damping": Damping,
     "drive": Drive,
     "drive, harmonics": Harmonic,
     "sweep": Sweep,
+    "readout": Instrument,
 }
 TABLE = re.compile(r"(<!-- (keys of ([\w, ]+)|patterns) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -78,8 +84,11 @@ def table(head, rows) -> str:
 
 
 def keys(section: str) -> str:
-    head = ("key", "unit", "if left out", "allowed", "meaning")
-    return table(head, map(row, fields(SECTIONS[section])))
+    head, found = ("key", "unit", "if left out", "allowed", "meaning"), fields(SECTIONS[section])
+    if section.startswith("region, "):  # those of all regions stand in a table of their own
+        every = attrs.fields_dict(Region)
+        found = [field for field in found if field.name not in every]
+    return table(head, map(row, found))
 
 
 def patterns() -> str:

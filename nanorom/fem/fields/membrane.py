@@ -37,10 +37,13 @@ def strain_of_cells(field: quadrature.CellFields, u: np.ndarray, v: np.ndarray) 
     return np.stack([u_x, v_y, 0.5 * (u_y + v_x)])
 
 
-def force(plate: Membrane, strain: np.ndarray) -> np.ndarray:
-    """C:E, components (3, ...), of strains (3, ...)."""
-    law = plate.stiffness.stretching * np.array(plate.stiffness.law)
-    return np.tensordot(law * [1.0, 1.0, 2.0], strain, axes=1)
+def force(plate: Membrane, field: quadrature.CellFields, strain: np.ndarray) -> np.ndarray:
+    """C:E, components (3, c, q, m), of strains (3, c, q, m)."""
+    law = plate.law_in(field.cells) * [1.0, 1.0, 2.0]
+    if law.ndim == 2:
+        return np.tensordot(law, strain, axes=1)
+    by_cell = strain.reshape(*strain.shape[:2], -1).swapaxes(0, 1)
+    return np.matmul(law, by_cell).swapaxes(0, 1).reshape(strain.shape)
 
 
 def product(force: np.ndarray, strain: np.ndarray) -> np.ndarray:

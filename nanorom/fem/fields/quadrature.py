@@ -68,6 +68,14 @@ def owned_cells(film: Surface) -> int:
     return film.domain.mesh.topology.index_map(2).size_local
 
 
+def areas(film: Surface) -> np.ndarray:
+    """Of this rank's own cells (c,)."""
+    order = compat.degree_of(compat.cell_nodes(film.domain.mesh).shape[1])
+    points, weights = map(np.asarray, basix.make_quadrature(basix.CellType.triangle, 2 * order))
+    _, jacobian = map_cells(film, np.arange(owned_cells(film)), points)
+    return np.asarray(np.abs(np.linalg.det(jacobian)) @ weights)
+
+
 def fields(film: Surface, columns: int = 1) -> Iterator[CellFields]:
     """Tabulate the deflection basis at the plate's quadrature, a chunk of cells at a time.
 

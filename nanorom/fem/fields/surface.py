@@ -68,6 +68,9 @@ class Membrane(Surface, Protocol):
     def holding(self) -> Holding:
         """Where and how supports hold the in-plane displacement."""
 
+    def law_in(self, cells: np.ndarray) -> np.ndarray:
+        """Membrane force (3, 3) of (xx, yy, 2 xy), where it differs (c, 3, 3) in local cells."""
+
     def on_mirror(self, axis: str) -> np.ndarray:
         """Local facets on the mirror of an axis."""
 

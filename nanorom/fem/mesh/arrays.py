@@ -21,13 +21,15 @@ class MeshData:
     """A mesh as plain arrays, before it is distributed.
 
     points: (n, 2), or (n, 3) of a surface in space; cells: (c, nodes) in the coordinate element's
-    order; order: of the map; facets: physical curve -> vertex pairs (m, 2).
+    order; order: of the map; facets: physical curve -> vertex pairs (m, 2); surfaces: physical
+    surface -> which cells (c,) are of it, of meshes that are not unfolded.
     """
 
     points: np.ndarray
     cells: np.ndarray
     order: int
     facets: Mapping[str, np.ndarray]
+    surfaces: Mapping[str, np.ndarray] = attrs.field(factory=dict)
 
     def placed(self, place: Placement) -> MeshData:
         """This flat mesh on a surface in space, the upper side of every cell up."""

@@ -66,12 +66,14 @@ class Corners:
 class Triangulation:
     """Straight triangles and the edges that lie on curves, to be cut.
 
-    points (n, 2); triangles (c, 3); edges: their spans are of the curve's own parameter.
+    points (n, 2); triangles (c, 3); edges: their spans are of the curve's own parameter; parents:
+    (c,) the triangle before any cut that each is a part of.
     """
 
     points: np.ndarray
     triangles: np.ndarray
     edges: Edges
+    parents: np.ndarray = attrs.Factory(lambda self: np.arange(len(self.triangles)), True)
 
     def graded(
         self, corners: Corners, facets: Mapping[str, np.ndarray], straight: Collection[int] = ()
@@ -184,6 +186,8 @@ class Triangulation:
         cells = self.triangles[here]
         halves = [np.where(cells == end, new, cells) for end in (i, j)]
         self.triangles = np.concatenate([self.triangles[~here], *halves])
+        parents = self.parents[here]
+        self.parents = np.concatenate([self.parents[~here], parents, parents])
         for tag, (pairs, spans) in self.edges.items():
             cut = (np.sort(pairs, axis=1) == sorted((i, j))).all(axis=1)
             if not cut.any():

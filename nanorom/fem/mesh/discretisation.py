@@ -9,13 +9,17 @@ The constants were set against the exact solutions of `nanorom bench --accuracy`
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
+from itertools import pairwise
 
 import attrs
 import numpy as np
 
 from nanorom.fem.mesh.arrays import Source
 from nanorom.fem.mesh.corners import Corners
+from nanorom.fem.mesh.cut import Cut
 from nanorom.fem.mesh.gmsh import GmshFile
+from nanorom.fem.mesh.parted import corners_of, is_cut, lines_of, piece, pieces, radii
 from nanorom.fem.mesh.shapes import Grid, Rings
 from nanorom.fem.mesh.singular import Corner
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
@@ -28,10 +32,11 @@ from nanorom.scene.support import Kind, Spring, deflection_of
 DEGREE = 8
 WAVES = (2.66, 3.12)  # wavenumber x size of degree 8 at tolerance 1e-6: plate, membrane (drum)
 RATE = 14.0  # at which errors fall with the size
-POINT_RATE = 7.0  # the same of a shape's own value, which counts where its peak is at a free edge
+POINT_RATE = 7.0  # of a shape's own value, which counts at a free edge and where films differ
 RECTANGLE = 0.85  # of a drum's cells: those of a rectangle, whose peaks are where cells are largest
 COARSEST = 1.0  # of the film's half width
 GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the last
+FEWEST = 2  # cells per quadrant of a ring
 OUTERMOST = 4.0  # of the layer: width of the cells at the edge at tolerance 1e-6
 OUTERMOST_RATE = 7.4  # at which errors fall with that width
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
@@ -71,9 +76,14 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
     else:
         size = _cell_size(scene, geometry, length, layer, tolerance)
     order = max(degree, 2)
+    if is_cut(scene):
+        at_edge = 0.0 if tolerance is None else _outermost(layer, tolerance)
+        source = Cut(piece(geometry, length), pieces(scene, length), size, at_edge)
+        return Discretisation(source, degree, order, corners=_corners(scene, length, tolerance))
     if isinstance(geometry, Disc):
         spot = _spot(scene, length, tolerance)
-        found = _disc(degree, order, size, layer, mirrors, tolerance, spot)
+        circles = radii(scene.regions, length)
+        found = _disc(degree, order, size, layer, mirrors, tolerance, spot, circles)
         if not scene.masses:
             return found
         return attrs.evolve(found, corners=_corners(scene, length, tolerance))
@@ -100,6 +110,7 @@ def _corners(scene: Scene, length: float, tolerance: float | None) -> Corners | 
         (mass.position[0] / length, mass.position[1] / length, mass.radius / length)
         for mass in scene.masses
     )
+    points += corners_of(scene, length, Mirrors.of(scene))
     return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance, points)
 
 
@@ -121,7 +132,8 @@ def _rate(scene: Scene) -> float:
     kinds = list(scene.supports.values())
     if isinstance(scene.geometry, MeshFile):
         kinds = list(scene.support.named.values()) or [scene.support.default]
-    return POINT_RATE if "free" in map(deflection_of, kinds) else RATE
+    pointwise = "free" in map(deflection_of, kinds) or scene.regions
+    return POINT_RATE if pointwise else RATE
 
 
 def shortest_wave(geometry: Disc | Rectangle, count: int) -> float:
@@ -144,12 +156,15 @@ def _disc(
     mirrors: Mirrors,
     tolerance: float | None,
     spot: float,
+    circles: Sequence[float] = (),
 ) -> Discretisation:
     """Drum of radius 1 in rings of equal width, then of widths that shrink to the layer.
 
     spot : radius on which a force at the centre acts, 0 without one; it gets a ring of its own, and
-    rings grow from it to the others.
+    rings grow from it to the others; circles : edges of regions, which rings end at.
     """
+    if circles:
+        return _parted_disc(degree, order, size, layer, mirrors, tolerance, circles)
     shrinking = np.empty(0)
     if tolerance is not None:
         rings = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
@@ -165,11 +180,47 @@ def _disc(
         core = np.concatenate([inner / n_inner * np.arange(1, spot * n_inner / inner), core])
     radii = np.concatenate([[0.0], core, uniform, inner + np.cumsum(shrinking)])
     radii[-1] = 1.0
+    polar = spot if len(core) else min(inner, radii[-2])
     at_most = int(np.ceil(GROWTH * np.ceil(1 / size - 1e-9)))
     sectors = [min(int(np.ceil(GROWTH * ring)), at_most) for ring in range(1, len(radii))]
-    polar = spot if len(core) else min(inner, radii[-2])
     disc = Rings(tuple(radii[1:]), tuple(sectors), 4 // mirrors.copies, polar)
     return Discretisation(disc, degree, order, mirrors)
+
+
+def _parted_disc(
+    degree: int,
+    order: int,
+    size: float,
+    layer: float,
+    mirrors: Mirrors,
+    tolerance: float | None,
+    circles: Sequence[float],
+) -> Discretisation:
+    """Drum of radius 1 whose rings end at circles, and shrink to the layer on both their sides."""
+    at_edge = np.empty(0)
+    if tolerance is not None:
+        at_edge = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
+    ends = [0.0, *circles, 1.0]
+    rows = [
+        _row(low, high, size, at_edge if low else at_edge[:0], at_edge)
+        for low, high in pairwise(ends)
+    ]
+    radii = np.concatenate([row[1:] for row in rows])
+    sectors = [max(FEWEST, int(np.ceil(GROWTH * radius / size - 1e-9))) for radius in radii]
+    disc = Rings(tuple(radii), tuple(sectors), 4 // mirrors.copies, circles[0])
+    return Discretisation(disc, degree, order, mirrors)
+
+
+def _row(low: float, high: float, size: float, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Places from low to high at most a size apart, widths that shrink towards the ends."""
+    span = high - low
+    first, last = (_within(span / 2, widths[widths < span / 2]) for widths in (first, last))
+    inner = span - first.sum() - last.sum()
+    count = max(1, int(np.ceil(inner / size - 1e-9)))
+    widths = np.concatenate([first[::-1], np.full(count, inner / count), last])
+    places = low + np.concatenate([[0.0], np.cumsum(widths)])
+    places[-1] = high
+    return places
 
 
 def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
@@ -234,6 +285,15 @@ def _rectangle(
         n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
         widths = np.concatenate([low[::-1], np.full(n_inner, inner / n_inner), high])
         lines[axis] = np.concatenate([[0.0], np.cumsum(widths)]) + start
+        edges = lines_of(scene.regions, length, axis, (start, side / 2))
+        if edges:
+            inside = _end_rows("clamped", min(size, side / 2), layer, tolerance)
+            ends = [start, *edges, side / 2]
+            rows = [
+                _row(a, b, size, low if a == start else inside, high if b == ends[-1] else inside)
+                for a, b in pairwise(ends)
+            ]
+            lines[axis] = np.concatenate([[start], *(row[1:] for row in rows)])
     grid = Grid(tuple(lines["x"]), tuple(lines["y"]), mirrors)
     corners = _corners(scene, length, tolerance)
     return Discretisation(grid, degree, 1, mirrors, corners=corners)

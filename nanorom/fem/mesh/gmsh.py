@@ -66,13 +66,13 @@ class GmshFile:
             if len(gmsh.model.mesh.getElements(2)[0]) == 0:
                 raise MeshError(f"{self.path}: no surface in it, or cut short; a film is a surface")
             if not self.in_space:
-                return _sketch(gmsh, self.path).mesh(order, corners, str(self.path))
+                return sketch(gmsh, self.path).mesh(order, corners, str(self.path))
             gmsh.model.mesh.setOrder(order)
         return _from_mesh(gmsh, self.path, self.in_space)
 
 
-def _sketch(gmsh: Any, file: Path) -> Sketch:
-    """Straight triangles and curves of the model just meshed."""
+def sketch(gmsh: Any, file: Path) -> Sketch:
+    """Straight triangles, curves and surfaces of the model just meshed; raises MeshError."""
     vertex, points = _vertices(gmsh)
     triangles = _elements(gmsh, 2, vertex)
     _check(points, triangles, file)
@@ -82,7 +82,7 @@ def _sketch(gmsh: Any, file: Path) -> Sketch:
         straight = gmsh.model.getType(1, tag) == "Line"
         at = None if straight else partial(_on_curve, gmsh, tag)
         curves.append(Curve(pairs, names.get(tag, ()), spans, at))
-    return Sketch(points, triangles, tuple(curves))
+    return Sketch(points, triangles, tuple(curves), surfaces=_surfaces(gmsh, vertex, triangles))
 
 
 def _on_curve(gmsh: Any, tag: int, t: np.ndarray) -> np.ndarray:
@@ -116,7 +116,8 @@ def _from_mesh(gmsh: Any, file: Path, in_space: bool) -> MeshData:
         Curve(_elements(gmsh, 1, node, tag), physical.get(tag, ()))
         for _, tag in gmsh.model.getEntities(1)
     ]
-    return MeshData(points, cells, int(order), facets_of(curves))
+    surfaces = _surfaces(gmsh, node, cells[:, :3])
+    return MeshData(points, cells, int(order), facets_of(curves), surfaces)
 
 
 def _vertices(
@@ -186,6 +187,19 @@ def _names(gmsh: Any) -> dict[int, tuple[str, ...]]:
         name = gmsh.model.getPhysicalName(dimension, group) or str(group)
         for curve in gmsh.model.getEntitiesForPhysicalGroup(dimension, group):
             found[int(curve)] = (*found.get(int(curve), ()), name)
+    return found
+
+
+def _surfaces(gmsh: Any, number: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:
+    """Which triangles (c,) belong to every physical surface, by its name."""
+    place = {tuple(corners): i for i, corners in enumerate(np.sort(triangles, axis=1).tolist())}
+    found = {}
+    for dimension, group in gmsh.model.getPhysicalGroups(2):
+        inside = np.zeros(len(triangles), dtype=bool)
+        for tag in gmsh.model.getEntitiesForPhysicalGroup(dimension, group):
+            for corners in np.sort(_elements(gmsh, 2, number, int(tag)), axis=1).tolist():
+                inside[place[tuple(corners)]] = True
+        found[gmsh.model.getPhysicalName(dimension, group) or str(group)] = inside
     return found
 
 

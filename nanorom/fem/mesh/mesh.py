@@ -25,12 +25,14 @@ from nanorom.fem.symmetry import Mirrors
 class Domain:
     """A distributed mesh and its boundary: physical curve -> local facet numbers.
 
-    across: the ranks that hold the same part of it in other groups of ranks.
+    surfaces: physical surface -> which local cells (c,) are of it; across: the ranks that hold the
+    same part of it in other groups of ranks.
     """
 
     mesh: Any
     facets: Mapping[str, np.ndarray]
     across: MPI.Comm = MPI.COMM_SELF
+    surfaces: Mapping[str, np.ndarray] = attrs.field(factory=dict)
 
     @property
     def comm(self) -> MPI.Comm:
@@ -75,12 +77,15 @@ def distribute(comm: MPI.Comm, data: MeshData | None) -> Domain:
     """Spread the mesh of rank 0 over the ranks and find its tagged facets. Collective."""
     order = comm.bcast(data.order if data else None)
     facets = comm.bcast(dict(data.facets) if data else None)
+    surfaces = comm.bcast(dict(data.surfaces) if data else None)
     dimension = comm.bcast(data.points.shape[1] if data else None)
     n_nodes = (order + 1) * (order + 2) // 2
     cells = data.cells if data else np.empty((0, n_nodes), dtype=np.int64)
     points = data.points if data else np.empty((0, dimension))
     mesh = compat.create_mesh(comm, cells, points, order)
-    return Domain(mesh, local_facets(mesh, facets))
+    cell = compat.input_cells(mesh)
+    tagged = {name: inside[cell] for name, inside in surfaces.items()}
+    return Domain(mesh, local_facets(mesh, facets), surfaces=tagged)
 
 
 def local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

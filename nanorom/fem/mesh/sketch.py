@@ -33,12 +33,14 @@ class Sketch:
 
     polar: cells beyond this radius are linear in polar coordinates, so that thin rings of wide
     cells stay valid; within it all edges are straight.  None: edges on curves are curved.
+    surfaces: physical surface -> which triangles (c,) are of it.
     """
 
     points: np.ndarray
     triangles: np.ndarray
     curves: tuple[Curve, ...]
     polar: float | None = None
+    surfaces: Mapping[str, np.ndarray] = attrs.field(factory=dict)
 
     def mesh(self, order: int, corners: Corners | None, name: str) -> MeshData:
         """Cells of an order on the true curves; raises MeshError, for a shape of that name."""
@@ -55,11 +57,12 @@ class Sketch:
             if curve.at is not None and len(pairs):
                 points[pairs] = curve.at(spans)
             curves.append(attrs.evolve(curve, pairs=pairs, spans=spans))
-        return Sketch(points, cut.triangles, tuple(curves), self.polar)
+        surfaces = {name: inside[cut.parents] for name, inside in self.surfaces.items()}
+        return Sketch(points, cut.triangles, tuple(curves), self.polar, surfaces)
 
     def _of_order(self, order: int, name: str) -> MeshData:
         if order == 1:
-            return MeshData(self.points, self.triangles, 1, facets_of(self.curves))
+            return MeshData(self.points, self.triangles, 1, facets_of(self.curves), self.surfaces)
         cells, n_nodes = curved.number_nodes(self.triangles, len(self.points), order)
         vertices = self.points[self.triangles]
         on_curves = _by_cell(self.triangles, dict(self._curved_edges(order)))
@@ -69,7 +72,7 @@ class Sketch:
         nodes = np.empty((n_nodes, 2))
         nodes[cells] = places
         check_maps(places, order, name)
-        return MeshData(nodes, cells, order, facets_of(self.curves))
+        return MeshData(nodes, cells, order, facets_of(self.curves), self.surfaces)
 
     def _curved_edges(self, order: int) -> Iterator[tuple[tuple[int, int], np.ndarray]]:
         """Vertex pair of every edge that is curved, and the curve's points between."""

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 
 import attrs
 import numpy as np
+import ufl
 from mpi4py import MPI
 
-from nanorom.errors import SceneError
+from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation, dofs_of
 from nanorom.fem.models.added_mass import PointMass
+from nanorom.fem.models.patchwork import Patchwork, located
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.scales import Scales
@@ -20,11 +23,13 @@ from nanorom.fem.solvers.multigrid import Solvers
 from nanorom.fem.symmetry import Mirrors, line
 from nanorom.scene import elasticity, plausibility
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.region import Section
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
 SOFTEST, STIFFEST = 1e-3, 1e9  # springs by the film's own stiffness: beyond lies rounding
+ALIKE = 1e-9  # of the thickness: planes nearer than that are one
 FREE_EDGE_PULL = 1e-6  # of the tension: less is the rounding of an edge's direction
 
 
@@ -54,7 +59,7 @@ def build_plate(
     check_turning(domain, kinds, part)
     held = {side: deflection_of(kind) for side, kind in kinds.items()}
     in_plane = {side: in_plane_of(kind) for side, kind in kinds.items()}
-    return Plate.on(
+    plate = Plate.on(
         domain,
         chosen.degree,
         clamped=[side for side, kind in held.items() if kind == "clamped"],
@@ -78,6 +83,36 @@ def build_plate(
             for mass in scene.masses
         ],
     )
+    return parted(plate, scene, scales) if scene.regions else plate
+
+
+def parted(plate: Plate, scene: Scene, scales: Scales) -> Plate:
+    """A scene's plate in its regions, under their tension before it relaxes. Collective.
+
+    Raises SceneError if the mesh does not follow them.
+    """
+    sections = [
+        Section.of(region, scene.plate, scene.material, scene.tension) for region in scene.regions
+    ]
+    steps = [abs(region.offset) for region in scene.regions]
+    if plate.bending and max(steps) > ALIKE * scene.plate.thickness:
+        number = steps.index(max(steps))
+        step = scene.regions[number].offset
+        warnings.warn(
+            f"region {number + 1}: its neutral plane lies {step:.3g} m above the film's; that "
+            "step, which couples bending with stretching, is left out",
+            AccuracyWarning,
+            stacklevel=2,
+        )
+    which = located(plate, scene.regions, scales.length)
+    patchwork = Patchwork.of(plate, which, sections, scene.material.loss)
+    bare = np.array([scene.tension.x, scene.tension.y, scene.tension.xy])
+    beyond = np.array([np.zeros(3), *((s.tension - bare) / scales.tension for s in sections)])
+    state = plate.state
+    if np.any(beyond):
+        x, y, xy = (patchwork.field(pull) for pull in beyond.T)
+        state = attrs.evolve(state, prestress=ufl.as_matrix([[x, xy], [xy, y]]))
+    return attrs.evolve(plate, patchwork=patchwork, state=state)
 
 
 def stiffness_of(
@@ -134,11 +169,13 @@ def check_springs(scene: Scene, scales: Scales) -> None:
                 )
 
 
-def pulls_at_free_edge(plate: Plate) -> bool:
-    """Whether a constant tension pulls at an edge along what nothing rigid holds. Collective.
+def relaxes(plate: Plate) -> bool:
+    """Whether the tension before any load is no equilibrium in the plane. Collective.
 
-    It would not stay there.
+    It differs between regions, or pulls at an edge along what nothing rigid holds.
     """
+    if plate.state.prestress is not None:
+        return True
     surface, edges = plate.domain.mesh, plate.holding.edges
     mirrors = plate.domain.facets_of([line(axis) for axis in plate.mirrors.axes])
     loose = np.setdiff1d(compat.exterior_facets(surface), np.union1d(edges["fixed"], mirrors))

@@ -10,6 +10,7 @@ import numpy as np
 from dolfinx import fem
 
 from nanorom.fem.mesh.mesh import Domain
+from nanorom.fem.models.patchwork import Patchwork
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Mirrors, line
@@ -49,8 +50,8 @@ class Edges:
 class Constants:
     """Numbers of a plate as forms hold them.
 
-    law, bending_law: (3, 3); stiffest: of bending, by D along any direction; springs: transverse
-    and rotational, in_plane: normal and tangential, by edge.
+    law, bending_law: (3, 3); stiffest: of bending, by D along any direction; density: mass per
+    area by rho h; springs: transverse and rotational, in_plane: normal and tangential, by edge.
     """
 
     tension_x: Any
@@ -61,23 +62,35 @@ class Constants:
     bending_law: Any
     stiffest: Any
     stretching: Any
+    density: Any
     springs: Sequence[Any]
     in_plane: Sequence[Any]
 
     @classmethod
-    def of(cls, mesh: Any, stiffness: Stiffness, state: State) -> Constants:
-        """Those of a stiffness and a state."""
+    def of(
+        cls, mesh: Any, stiffness: Stiffness, state: State, patchwork: Patchwork | None = None
+    ) -> Constants:
+        """Those of a stiffness and a state; laws and density are fields on a patchwork."""
         x, y = state.tension
         springs = [np.array([k or 0.0, turning]) for k, turning in stiffness.springs.values()]
+        if patchwork is not None:
+            law, bending_law = patchwork.matrix(patchwork.law), patchwork.matrix(patchwork.moments)
+            stiffest, density = patchwork.field(patchwork.stiffest), patchwork.field(patchwork.mass)
+        else:
+            law = fem.Constant(mesh, np.array(stiffness.law))
+            bending_law = fem.Constant(mesh, np.array(stiffness.bending_law))
+            stiffest = fem.Constant(mesh, elasticity.stiffest(stiffness.bending_law))
+            density = None
         return cls(
             tension_x=fem.Constant(mesh, float(x)),
             tension_y=fem.Constant(mesh, float(y)),
             shear=fem.Constant(mesh, float(state.shear)),
             bending=fem.Constant(mesh, float(stiffness.bending)),
-            law=fem.Constant(mesh, np.array(stiffness.law)),
-            bending_law=fem.Constant(mesh, np.array(stiffness.bending_law)),
-            stiffest=fem.Constant(mesh, elasticity.stiffest(stiffness.bending_law)),
+            law=law,
+            bending_law=bending_law,
+            stiffest=stiffest,
             stretching=fem.Constant(mesh, float(stiffness.stretching)),
+            density=density,
             springs=[fem.Constant(mesh, spring) for spring in springs],
             in_plane=[fem.Constant(mesh, np.array(k)) for k in stiffness.in_plane.values()],
         )

@@ -31,6 +31,7 @@ from nanorom.fem.fields.holding import Holding
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.models.added_mass import PointMass
 from nanorom.fem.models.edges import Constants, Edges
+from nanorom.fem.models.patchwork import Patchwork
 from nanorom.fem.models.state import State, Stiffness
 from nanorom.fem.solvers import compat, forms
 from nanorom.fem.solvers.multigrid import Solvers
@@ -62,7 +63,8 @@ class Plate:
     and where w_n = 0; holding : where and how supports hold u; deflections, in_plane : spaces of w
     and u; w, u : functions that forms are written in, whose values belong to who assembles; edges :
     integration over them; solvers : make what solves on the degrees of freedom; stiffness, state :
-    what the forms are made for; masses : added to that of the film.
+    what the forms are made for; masses : added to that of the film; patchwork : what the film is
+    cell by cell, by the stiffness, None where it is one.
     """
 
     domain: Domain
@@ -81,11 +83,12 @@ class Plate:
     stiffness: Stiffness
     state: State
     masses: Sequence[PointMass] = ()
+    patchwork: Patchwork | None = None
     _constants: Constants = attrs.field(init=False)
 
     @_constants.default
     def _made(self) -> Constants:
-        return Constants.of(self.domain.mesh, self.stiffness, self.state)
+        return Constants.of(self.domain.mesh, self.stiffness, self.state, self.patchwork)
 
     @classmethod
     def on(
@@ -144,6 +147,17 @@ class Plate:
     def resisting(self, stiffness: Stiffness) -> Plate:
         """The plate with another stiffness, the same edges elastic."""
         return attrs.evolve(self, stiffness=stiffness)
+
+    @property
+    def uniform(self) -> bool:
+        """The film obeys one equation everywhere: flat, under a constant tension, all of one."""
+        return self.state.uniform and self.patchwork is None
+
+    def law_in(self, cells: np.ndarray) -> np.ndarray:
+        """Membrane force (3, 3) of (xx, yy, 2 xy), where it differs (c, 3, 3) in local cells."""
+        if self.patchwork is None:
+            return self.stiffness.stretching * np.array(self.stiffness.law)
+        return self.stiffness.stretching * self.patchwork.law[self.patchwork.which[cells]]
 
     def shape_of(self, height: Callable[[np.ndarray], np.ndarray]) -> Any:
         """Deflection (Function) whose nodes (n, 2) have a height (n,)."""
@@ -315,7 +329,7 @@ class Plate:
 
         switches : what the method takes.
         """
-        if not self.state.uniform:
+        if not self.uniform:
             return compat.form(write(*switches))
         mesh = self.domain.mesh
         element = self.degree, compat.cell_nodes(mesh).shape[1], mesh.geometry.dim
@@ -352,7 +366,9 @@ class Plate:
     def mass_form(self) -> Any:
         """Transverse mass per rho h."""
         trial, test = ufl.TrialFunction(self.deflections), ufl.TestFunction(self.deflections)
-        return trial * test * self.dx(2 * self.degree)
+        density = self._constants.density
+        product = trial * test if density is None else density * trial * test
+        return product * self.dx(2 * self.degree)
 
     def in_plane_form(self) -> Any:
         """In-plane stiffness: second derivative of the stretching energy in u, whatever w."""

@@ -180,11 +180,11 @@ def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
     """Membrane energy (m,) that in-plane displacements (local dofs, m) leave out. Collective."""
     dofs = compat.cell_dofs(plate.in_plane)[: quadrature.owned_cells(plate)]
     # no strain has more energy than this by the square of its displacement's gradient
-    law = np.array(plate.stiffness.law) * np.outer(TENSOR, TENSOR)
-    stiffness = plate.stiffness.stretching * np.linalg.eigvalsh(law)[-1]
+    law = plate.law_in(np.arange(len(dofs))) * np.outer(TENSOR, TENSOR)
+    stiffness = np.broadcast_to(np.linalg.eigvalsh(law)[..., -1], len(dofs))
     tails = np.zeros((3, displacements.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
-        metric = stiffness * area[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
+        metric = (stiffness[cells] * area)[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
         factor = _orthonormal(plate.degree, metric)
         for component in (0, 1):
             tails += _tails(plate.degree, factor, displacements[2 * dofs[cells] + component])
@@ -209,7 +209,9 @@ def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) 
     values, axes = np.linalg.eigh(plate.state.tensor)
     tension = (axes * (np.abs(values) + stiffening)) @ axes.T
     bending = plate.stiffness.bending if plate.bending else 0.0
-    bending *= elasticity.stiffest(plate.stiffness.bending_law)
+    stiffest = np.full(len(dofs), bending * elasticity.stiffest(plate.stiffness.bending_law))
+    if plate.patchwork is not None:
+        stiffest = bending * plate.patchwork.stiffest[plate.patchwork.which[: len(dofs)]]
     tails = np.zeros((3, deflections.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         slopes = np.einsum("c,de,cad,cbe->cab", area, tension, inverse, inverse)
@@ -219,7 +221,7 @@ def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) 
             turned = np.einsum("cad,cbe->cdeab", inverse, inverse)
             xx, xy, yx, yy = np.moveaxis(turned.reshape(len(cells), 4, 4), 2, 0)
             turned = np.stack([xx, xy + yx, yy], axis=2)
-            curvatures = np.einsum("c,cka,ckb->cab", bending * area, turned, turned)
+            curvatures = np.einsum("c,cka,ckb->cab", stiffest[cells] * area, turned, turned)
         factor = _orthonormal(plate.degree, slopes, curvatures)
         tails += _tails(plate.degree, factor, deflections[dofs[cells]])
     return tails

@@ -12,6 +12,15 @@ from nanorom.fem.modes.eigen import Modes
 from nanorom.scene.elasticity import Law
 
 
+def lost(modes: Modes) -> np.ndarray:
+    """The same (L, L) of a patchwork, each place's times its E''/E'. Collective."""
+    plate = modes.plate
+    assert plate.patchwork is not None
+    moments = plate.patchwork.moments * plate.patchwork.loss[:, None, None]
+    film = attrs.evolve(plate, patchwork=attrs.evolve(plate.patchwork, moments=moments))
+    return stiffness(attrs.evolve(modes, film=film))
+
+
 def stiffness(modes: Modes, law: Law | None = None) -> np.ndarray:
     """int kappa_r : D : kappa_s (L, L) of the modes, scaled as their stiffness. Collective.
 

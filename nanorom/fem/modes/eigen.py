@@ -64,7 +64,8 @@ class Modes(Deflections):
 
     def squares(self) -> np.ndarray:
         """int phi^2 (L,) over the whole film. Collective."""
-        mass = algebra.assemble(self.film.compiled(self.film.mass_form))
+        even = attrs.evolve(self.film, patchwork=None) if self.film.patchwork else self.film
+        mass = algebra.assemble(even.compiled(even.mass_form))
         return np.diag(self.modal(dict.fromkeys(self.parities, mass))).copy()
 
 

@@ -49,7 +49,7 @@ WAVE_DEGREE = 6  # of the polynomial that is as good as a wave within a cell
 
 def is_homogeneous(plate: Plate) -> bool:
     """Whether the film obeys the one equation everywhere: flat, with a constant tension."""
-    return plate.state.uniform
+    return plate.uniform
 
 
 def fitted(

@@ -25,7 +25,8 @@ class Motion:
 
     frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L,) N/m: the part of
     bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
-    bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2.
+    bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2; lossy (L,) N/m: of
+    `strained` each place's times its E''/E', None where the material is one.
     """
 
     frequency: np.ndarray
@@ -34,6 +35,7 @@ class Motion:
     dilated: np.ndarray
     mass: np.ndarray
     square: np.ndarray
+    lossy: np.ndarray | None = None
 
     @property
     def omega(self) -> np.ndarray:
@@ -42,8 +44,10 @@ class Motion:
 
 
 def material(scene: Scene, motion: Motion) -> np.ndarray | None:
-    """Loss factor of the modulus times the share of energy that the material stores."""
+    """Loss factors of the modulus, each times the share of energy that its material stores."""
     loss = scene.material.loss
+    if motion.lossy is not None:
+        return motion.lossy / motion.stiffness if motion.lossy.any() else None
     return loss * motion.strained / motion.stiffness if loss else None
 
 

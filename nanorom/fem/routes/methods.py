@@ -146,7 +146,10 @@ def lost(
     """
     if not scene.lossy:
         return {}
-    strained = bending.stiffness(modes) + stretching
+    strained, lossy = bending.stiffness(modes) + stretching, None
+    if scene.regions:
+        lossy = bending.lost(modes) + scene.material.loss * stretching
+        lossy = scales.tension * np.diag(lossy)
     dilated = bending.stiffness(modes, losses.dilated(scene))
     motion = losses.Motion(
         frequency=scales.frequency(modes.eigenvalues),
@@ -155,6 +158,7 @@ def lost(
         dilated=scales.tension * np.diag(dilated),
         mass=scales.mass * products.mass,
         square=scales.length**2 * modes.squares(),
+        lossy=lossy,
     )
     return losses.losses(scene, motion)
 

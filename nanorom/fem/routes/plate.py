@@ -14,7 +14,7 @@ from nanorom.fem import plan_text
 from nanorom.fem.fields import places
 from nanorom.fem.mesh import discretisation
 from nanorom.fem.models import following, inertia, layer
-from nanorom.fem.models.build import build_plate, check_springs, pulls_at_free_edge
+from nanorom.fem.models.build import build_plate, check_springs, relaxes
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy, buckling, coupled, eigen
 from nanorom.fem.modes import names as labels
@@ -190,7 +190,7 @@ def static_state(
         chosen = attrs.evolve(chosen, whole=not plan.cut.axes)
     with watch.stage("mesh"):
         plate = build_plate(team.within, scene, scales, chosen, team.across)
-    if scene.flat and not pulls_at_free_edge(plate):
+    if scene.flat and not relaxes(plate):
         return state.StaticState(plate), plan.layer
     with watch.stage("static state"):
         static = state.solve(scene, units, plate)

@@ -102,8 +102,8 @@ def check(scene: Scene) -> None:
     check_of_plates(scene, "a scene whose derivatives are asked for")
     if not scene.flat:
         raise SceneError("load, plate.initial_shape: derivatives are those of a flat film")
-    if scene.masses or scene.gas is not None:
-        raise SceneError("mass, gas: found; allowed with derivatives: none of them")
+    if scene.masses or scene.regions or scene.gas is not None:
+        raise SceneError("mass, region, gas: found; allowed with derivatives: none of them")
     if scene.support.springs or any(isinstance(kind, Edge) for kind in scene.support.kinds):
         raise SceneError("support: derivatives are those on rigid supports; found springs or Edge")
     if scene.tension.xy:

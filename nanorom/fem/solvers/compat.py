@@ -107,14 +107,15 @@ def _adjacency(rows: list[np.ndarray]) -> Any:
 
 
 def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
-    """Continuous Lagrange space of a degree (Gauss-Lobatto nodes), scalar or vector-valued."""
+    """Continuous Lagrange space (Gauss-Lobatto nodes), scalar or vector; of degree 0 by cells."""
+    family = "Lagrange" if degree else "DG"
     if _basix_ufl is not None:
         shape = {} if components == 1 else {"shape": (components,)}
-        element = _basix_ufl.element("Lagrange", "triangle", degree, lagrange_variant=_GLL, **shape)
+        element = _basix_ufl.element(family, "triangle", degree, lagrange_variant=_GLL, **shape)
         return _compiled(mesh.comm, partial(fem.functionspace, mesh, element))
     kind = degree, components, mesh.geometry.dim
     if not mesh.comm.allreduce(kind in _known_spaces, op=MPI.LAND):
-        element = ufl.FiniteElement("Lagrange", mesh.ufl_cell(), degree)
+        element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
         if components > 1:
             element = ufl.VectorElement(element, dim=components)
         space = _compiled(mesh.comm, partial(fem.FunctionSpace, mesh, element))

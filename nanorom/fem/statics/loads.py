@@ -1,4 +1,4 @@
-"""Static loads of a film: pressure, force on a patch, gate."""
+"""Static loads of a film: pressure, force on a patch, moment, gate."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from nanorom.fem.fields.places import functional
 from nanorom.fem.models.coupled import Film
 from nanorom.fem.models.gate import Attraction
 from nanorom.fem.models.operators import ClassStiffness, LinearForce
+from nanorom.fem.solvers import compat
 from nanorom.fem.statics.problem import StaticProblem
+from nanorom.fem.symmetry import line
 
 
 @attrs.frozen(eq=False)
@@ -63,6 +65,24 @@ def gate(film: Film, gap: float, strength: float = 1.0) -> Load:
     attraction = Attraction(gap, strength).on(film.plate.domain.mesh)
     form = ufl.diff(attraction.potential(height), w) * ufl.TestFunction(film.space)[2]
     return Load(form * film.plate.dx(film.plate.stretching_degree), None, gap, strength)
+
+
+def moment(film: Film, value: float = 1.0) -> Load:
+    """Moment per length of a stress in the film, the same everywhere and in every direction.
+
+    Its work m int lap w is that of m on the slopes of the edges that may turn.  Collective.
+    """
+    plate = film.plate
+    mesh, mirrors = plate.domain.mesh, [line(axis) for axis in plate.mirrors.axes]
+    still = np.union1d(plate.clamped, plate.domain.facets_of(mirrors))
+    turning = np.setdiff1d(compat.exterior_facets(mesh), still).astype(np.int32)
+    edge, *_ = compat.facet_measures(mesh, [turning], {"quadrature_degree": 2 * plate.degree}, [])
+    slope = ufl.dot(ufl.grad(ufl.TestFunction(plate.deflections)), ufl.FacetNormal(mesh))
+    work = fem.Function(plate.deflections)
+    fem.assemble_vector(work.x.array, compat.form(fem.Constant(mesh, float(value)) * slope * edge))
+    compat.scatter_reverse_add(work)
+    work.x.scatter_forward()
+    return Load(nodal=film.deflections_to_state(work.x.array))
 
 
 def patch(film: Film, centre: np.ndarray, radius: float, force: float = 1.0) -> Load:

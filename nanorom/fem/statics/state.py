@@ -12,7 +12,7 @@ from dolfinx import fem
 
 from nanorom.errors import LoadError, SceneError, SolverError
 from nanorom.fem.models import initial_shape
-from nanorom.fem.models.build import pulls_at_free_edge
+from nanorom.fem.models.build import relaxes
 from nanorom.fem.models.coupled import Film
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.solvers import compat
@@ -88,7 +88,7 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
     plate = film.plate
     load = None if scene.load is None else load_on(film, scene.load, units)
     if load is None or scene.load is None:
-        if plate.state.shape is None and not pulls_at_free_edge(plate):
+        if plate.state.shape is None and not relaxes(plate):
             return StaticState(plate, tension=mean_tension(plate))  # it is one already
         loads.problem(film, None).solve(0.0)
         about = film.about()
@@ -111,7 +111,7 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
     if not stable and load.gap == np.inf:
         other = _buckled(film, problem, functools.partial(load_on, load=scene.load, units=units))
     about = film.about(load.attraction(1.0))
-    relaxed = film.in_plane() if pulls_at_free_edge(plate) else None
+    relaxed = film.in_plane() if relaxes(plate) else None
     return StaticState(about, film.deflection(), mean_tension(about), relaxed, other)
 
 
@@ -166,6 +166,8 @@ def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:
                 f"load.position: found ({x:g}, {y:g}) m; allowed: a point of the film, whose disc "
                 f"of load.radius = {load.radius:g} m lies on the film too"
             ) from None
+    if load.moment is not None:
+        parts.append(loads.moment(film, load.moment / units.force))
     return functools.reduce(operator.add, parts) if parts else None
 
 

@@ -151,7 +151,7 @@ def _displacements(
     known = {}
     loads = {parity: membrane.no_load(plate, len(p)) for parity, p in pairs.items()}
     for field, _, parity, strain in _pair_strains(plate, shapes, pairs):
-        force = membrane.force(plate, strain) * field.weights[..., None]
+        force = membrane.force(plate, field, strain) * field.weights[..., None]
         membrane.add_load(plate, field, force, loads[parity])
     stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
     for number, parity in enumerate(loads, 1):
@@ -184,7 +184,7 @@ def _pair_products(
         weights = field.weights[..., None]
         if displacements:
             strain = strain + membrane.strain(plate, field, displacements[parity])
-        force = membrane.force(plate, strain) * weights
+        force = membrane.force(plate, field, strain) * weights
         energy[parity] += membrane.product(force, strain)
         if told is not None:
             told(field, slope, pairs[parity], force)

@@ -140,7 +140,7 @@ class FlatCases:
             third = _moved(slopes, q3)
             for parity, strain in _strains(_moved(slopes, q1), _moved(slopes, q2)).items():
                 strain = strain + membrane.strain(plate, field, self.displacement[parity])
-                force = membrane.force(plate, strain) * field.weights[..., None]
+                force = membrane.force(plate, field, strain) * field.weights[..., None]
                 for own, (x, y) in third.items():
                     target = product_parity(own, parity)
                     if target in slopes:
@@ -160,7 +160,7 @@ class FlatCases:
             for parity, strain in _strains(_moved(slopes, q1), _moved(slopes, q2)).items():
                 if parity in self.displacement:
                     strain = strain + membrane.strain(self.plate, field, self.displacement[parity])
-                force = membrane.force(self.plate, strain) * field.weights[..., None]
+                force = membrane.force(self.plate, field, strain) * field.weights[..., None]
                 load = loads.setdefault(parity, membrane.no_load(self.plate, q1.shape[1]))
                 membrane.add_load(self.plate, field, force, load)
         if self.plate.stiffness.in_plane:

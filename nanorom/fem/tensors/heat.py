@@ -76,7 +76,8 @@ def _of_class(
     plate, m, n = modes.plate, temperature.shape[1], len(modes.parities)
     loads = membrane.no_load(plate, m)
     for field in quadrature.fields(plate, columns=9 * m):
-        stress = membrane.force(plate, _expansion(field, temperature)) * field.weights[..., None]
+        stress = membrane.force(plate, field, _expansion(field, temperature))
+        stress *= field.weights[..., None]
         membrane.add_load(plate, field, stress, loads)
     displacement = membrane.summed(plate, loads)
     matrix = algebra.assemble(plate.compiled(plate.in_plane_form))
@@ -89,7 +90,7 @@ def _of_class(
     stiffness, force = np.zeros((n, n, m)), np.zeros((n, m))
     for field in quadrature.fields(plate, columns=9 * max(m, n)):
         strain = _expansion(field, temperature) + membrane.strain(plate, field, displacement)
-        xx, yy, xy = membrane.force(plate, strain) * field.weights[..., None]
+        xx, yy, xy = membrane.force(plate, field, strain) * field.weights[..., None]
         x, y = np.moveaxis(field.gradient(modes.shapes), 2, 0)
         pulled = [
             np.einsum("cqm,cqr->cqrm", *pair) for pair in ((xx, x), (xy, y), (xy, x), (yy, y))

@@ -79,12 +79,13 @@ def slowest(plate: Plate, displacements: np.ndarray, parity: Parity = ()) -> flo
     for field in quadrature.fields(plate, columns=9 * m):
         weights = field.weights[..., None]
         strain = membrane.strain(plate, field, columns)
-        energy += membrane.product(membrane.force(plate, strain) * weights, strain)
+        energy += membrane.product(membrane.force(plate, field, strain) * weights, strain)
         dofs = compat.cell_dofs(plate.in_plane)[field.cells]
+        inertia = weights if plate.patchwork is None else plate.patchwork.weighed(field, weights)
         for component in (0, 1):
             value = np.matmul(field.values, moving[2 * dofs + component])
             value = value.reshape(-1, len(square))
-            square += (value * weights.reshape(-1, 1)).T @ value
+            square += (value * inertia.reshape(-1, 1)).T @ value
     if plate.stiffness.in_plane:
         energy += membrane.spring_work(plate, columns)
     energy, square = map(plate.domain.comm.allreduce, (energy, square))

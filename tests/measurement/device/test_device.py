@@ -37,8 +37,8 @@ def guess(**changes):
     return attrs.evolve(scene, **changes)
 
 
-def truth_of_one():
-    """One mode with the paper's numbers; no finite elements."""
+def truth_of_one(shift=0.0):
+    """One mode with the paper's numbers; no finite elements.  shift: of the rows, by their step."""
     mass = EFFECTIVE * np.pi * RADIUS**2 * THICKNESS * DENSITY
     omega = 2 * np.pi * FREQUENCY
     system = ModalSystem(
@@ -48,8 +48,8 @@ def truth_of_one():
         cubic=[[[[CUBIC]]]],
         direct=[FORCE],
     )
-    rows = [FREQUENCY * np.linspace(0.96, 1.11, 90)]
-    return sweeps(system, rows, LEVELS, np.array([1.0]), "m")
+    rows = FREQUENCY * np.linspace(0.96, 1.11, 90)
+    return sweeps(system, [rows + shift * (rows[1] - rows[0])], LEVELS, np.array([1.0]), "m")
 
 
 @pytest.fixture(scope="module")

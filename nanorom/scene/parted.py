@@ -1,0 +1,128 @@
+"""What regions and the rest of a scene say together: regions off the film, or on one another."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import attrs
+import numpy as np
+
+from nanorom.errors import SceneError
+from nanorom.scene.geometry import MeshFile
+from nanorom.scene.outlines import SurfaceRegion
+from nanorom.scene.region import Region
+from nanorom.types import Array
+
+if TYPE_CHECKING:
+    from nanorom.scene.scene import Scene
+
+TOUCH = 1e-9  # of the film's size: outlines nearer than that are one
+FILM = tuple(field.name for field in attrs.fields(Region) if field.default is None)
+CRYSTAL = ("youngs_modulus", "poisson_ratio", "bending_ratio")
+
+
+def check_regions(scene: Scene) -> None:
+    """Raise SceneError where regions of a scene do not go together with it."""
+    if not scene.regions:
+        return
+    model, rules = scene.plate.model, scene.plate.rules
+    if not (rules.planar and rules.shallow):
+        raise SceneError(f"region: found beside plate.model = {model}; allowed: plate, membrane")
+    if scene.material.thermal:
+        raise SceneError(
+            "material.expansion: found beside [[region]]; allowed there: no expansion, as heat "
+            "does not know of regions"
+        )
+    if scene.load is not None and scene.load.stress is not None:
+        raise SceneError(
+            "load.stress: found beside [[region]], whose thicknesses differ; allowed there: "
+            "tension and region.tension"
+        )
+    if not scene.flat and any(region.loss is not None for region in scene.regions):
+        raise SceneError(
+            "region.loss: found for a film that is not flat; allowed: material.loss alone"
+        )
+    for number, region in enumerate(scene.regions, 1):
+        _check_one(scene, region, number)
+    size = max(np.ptp(_outline(scene, r), axis=0).max() for r in scene.regions)
+    for (i, first), (j, second) in combinations(enumerate(scene.regions, 1), 2):
+        if _overlap(first, second, TOUCH * float(size)):
+            raise SceneError(
+                f"region: found {i} ({first.shape}) and {j} ({second.shape}) on one another; "
+                "allowed: regions that touch at most"
+            )
+
+
+def _check_one(scene: Scene, region: Region, number: int) -> None:
+    """One region by itself."""
+    geometry, said = scene.geometry, [getattr(region, key) for key in FILM]
+    if all(value is None for value in said):
+        raise SceneError(
+            f"region: found number {number}, a {region.shape} that says nothing of its film; "
+            f"allowed: any of {', '.join(FILM)}"
+        )
+    surface = isinstance(region, SurfaceRegion)
+    if surface and not isinstance(geometry, MeshFile):
+        raise SceneError(
+            f"region.surface: found on a {geometry.shape}; allowed: of a mesh file, else a shape"
+        )
+    if scene.material.crystalline:
+        for key in CRYSTAL:
+            if getattr(region, key) is not None:
+                raise SceneError(f"region.{key}: found on a crystal; allowed: thickness, density")
+    if scene.plate.bends is False:
+        x, y, xy = region.pull(scene.tension, scene.plate.thickness)
+        if not (x + y > 0 and x * y > xy**2):
+            raise SceneError(
+                f"region.tension: found {x:g}, {y:g} and {xy:g} N/m; allowed: greater than 0 in "
+                f"every direction for a {scene.plate.model}"
+            )
+    if isinstance(geometry, MeshFile):
+        return
+    off = [tuple(p) for p in region.outline() if not geometry.holds(_drawn_in(p))]
+    if off:
+        x, y = off[0]
+        raise SceneError(
+            f"region: found number {number}, a {region.shape} that reaches ({x:.6g}, {y:.6g}) m; "
+            f"allowed: within the {geometry.shape}"
+        )
+
+
+def _drawn_in(point: Array) -> tuple[float, float]:
+    """A point nearer to the origin by rounding: an outline may lie on the film's edge."""
+    x, y = (1 - TOUCH) * point
+    return float(x), float(y)
+
+
+def _outline(scene: Scene, region: Region) -> Array:
+    """Outline (n, 2) of a region; of one that a file has, the film's unit of length."""
+    if isinstance(region, SurfaceRegion):
+        scale = scene.geometry.scale if isinstance(scene.geometry, MeshFile) else 1.0
+        return np.array([[0.0, 0.0], [scale, scale]])
+    return region.outline()
+
+
+def _overlap(first: Region, second: Region, close: float) -> bool:
+    """Whether two regions have an area in common, as far as points on their outlines tell."""
+    if isinstance(first, SurfaceRegion) or isinstance(second, SurfaceRegion):
+        return False  # the mesh tells
+    for one, other in ((first, second), (second, first)):
+        outline = one.outline()
+        if (other.depth(outline) > close).any():
+            return True
+        # outlines that are the same: a point just inside one of them tells
+        inner = outline + 1e3 * close * _inwards(one, outline, 1e3 * close)
+        if (np.minimum(one.depth(inner), other.depth(inner)) > close).any():
+            return True
+    return False
+
+
+def _inwards(region: Region, outline: Array, step: float) -> Array:
+    """Unit vectors (n, 2) from an outline into its region, zero where none of eight is."""
+    found = np.zeros_like(outline)
+    for angle in np.pi / 4 * np.arange(8):
+        way = np.array([np.cos(angle), np.sin(angle)])
+        inside = region.depth(outline + step * way) > 0.3 * step
+        found[inside] = way
+    return found
