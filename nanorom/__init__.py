@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nanorom.devices.design import design
     from nanorom.devices.study import study
     from nanorom.errors import NanoromError
+    from nanorom.measurement.device.identify import identify_sweeps
     from nanorom.results.design import Design
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
@@ -51,6 +52,7 @@ _HOMES = {
     "devices.design": ("design",),
     "devices.study": ("study",),
     "errors": ("NanoromError",),
+    "measurement.device.identify": ("identify_sweeps",),
     "results.design": ("Design",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
@@ -156,6 +158,7 @@ __all__ = [
     "Verified",
     "design",
     "full_orbit",
+    "identify_sweeps",
     "manifold",
     "reduce",
     "respond",

@@ -29,6 +29,7 @@ from nanorom.rom.coefficients import Coefficient, Coefficients, place
 from nanorom.rom.heat import Heat
 from nanorom.rom.larger import Larger
 from nanorom.rom.modal import Modal
+from nanorom.rom.names import index_of
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
@@ -217,15 +218,17 @@ class ReducedModel(Modal):
         return attrs.evolve(self, **picked)
 
     def _position(self, mode: int | str) -> int:
+        names: list[Any] = list(self.label)
         if isinstance(mode, str):
-            names: list[Any] = list(self.label)
+            found = index_of(self.label, mode)
         else:
             names = self.number.tolist()
-        if mode not in names:
+            found = names.index(mode) if mode in names else None
+        if found is None:
             raise ModelError(
                 f"mode {mode!r}: not in the model; it has {', '.join(map(str, names))}"
             )
-        return names.index(mode)
+        return found
 
     def with_damping(self, damping: Damping) -> ReducedModel:
         """The model with C = diag(m_r omega_r (1/Q_r + losses)) + tau K_bending and D = tau S.

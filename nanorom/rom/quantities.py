@@ -16,6 +16,7 @@ import numpy as np
 from nanorom.errors import ModelError
 from nanorom.rom.coefficients import Coefficients, place
 from nanorom.rom.manifold import coefficients as effective
+from nanorom.rom.names import index_of
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -162,7 +163,8 @@ def _quantity(name: str, labels: Sequence[str], whole: str) -> Quantity:
     kind = KINDS[letter]
     parts: list[str] = [digits] if digits and kind.modes == 1 else list(digits or "")
     if names is not None:
-        parts = [part.strip() for part in _COMMA.split(names)]
+        split = kind.modes > 1  # a comma may be a part of a single name: f0,1
+        parts = [part.strip() for part in _COMMA.split(names)] if split else [names]
     aimed = letter in PATTERNS
     if len(parts) != kind.modes or (equation and letter != "b") or bool(pattern) != aimed:
         raise ModelError(f"of: found {whole!r}; allowed: {ALLOWED}")
@@ -185,7 +187,8 @@ def _quantity(name: str, labels: Sequence[str], whole: str) -> Quantity:
 
 
 def _place(labels: Sequence[str], part: str, whole: str) -> int:
-    if part in labels:
+    part = part.strip()
+    if index_of(labels, part) is not None:
         return place(labels, part, f"of: {whole}")
     if not part.isdigit():
         raise ModelError(
