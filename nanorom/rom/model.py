@@ -295,6 +295,16 @@ class ReducedModel(Modal):
             return self.cubic + self.outside_cubic
         return self.cubic
 
+    def mass_responsivity(self, position: Sequence[float]) -> Array:
+        """df/dm (L,) in Hz/kg of a small mass that lands at a position (x, y) in m.
+
+        -f phi^2/(2 m_r), what Rayleigh's quotient gives to first order.  Raises ModelError for a
+        point off the film, or a model without shapes.
+        """
+        if self.shapes is None:
+            raise ModelError("shapes: this model keeps none, which a place on the film needs")
+        return np.asarray(-self.frequency * self.shapes.at(position) ** 2 / (2 * self.mass))
+
     def save(self, path: str | Path) -> None:
         """Write `rom.h5`, whole or not at all; raises FileError."""
         stored.save(self, path, normalization=NORMALIZATION)
