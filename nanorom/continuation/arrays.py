@@ -1,4 +1,6 @@
-"""Arrays as users give them: checked, filled up, symmetrised, without their round-off."""
+"""Arrays as users give them: checked, filled up, symmetrised, without their round-off; parts of
+large ones.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,7 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 HALF = 1 << 53 - 43 - 1  # of the last of 43 bits that are kept, of the 53 of a number
+TEMPORARY = 500_000  # entries of a temporary array: it stays near the processor, and small
 
 
 def finite(value: object) -> bool:
@@ -81,3 +84,11 @@ def symmetrise_cubic(tensor: Array) -> Array:
         total += tensor.transpose(order)
     total /= 6
     return np.asarray(total)
+
+
+def slices(count: int, width: int) -> list[slice]:
+    """Parts of `count` rows, in order, that are small enough for temporaries of so many entries a
+    row.
+    """
+    some = max(1, TEMPORARY // max(width, 1))
+    return [slice(first, first + some) for first in range(0, count, some)]

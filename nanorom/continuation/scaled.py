@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -149,9 +150,14 @@ class ScaledSystem:
         q, v = np.split(states, 2, axis=-1)
         return np.concatenate([self.inner(q), self.inner(v) / self.frequency], axis=-1)
 
-    @property
+    @cached_property  # of many modes, the arrays are large
     def nonlinear(self) -> bool:
-        return bool(self.quadratic.any() or self.cubic.any() or self.loss.any())
+        return bool(self.quadratic.any() or self.cubic.any() or self.has_loss)
+
+    @cached_property
+    def has_loss(self) -> bool:
+        """Whether the damping is nonlinear."""
+        return bool(self.loss.any())
 
     def plus(self, change: ScaledSystem, factor: float) -> ScaledSystem:
         """The equations with `factor` times a change of all their arrays."""

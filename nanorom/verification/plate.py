@@ -262,7 +262,6 @@ class _Pieces:
         dynamics = ClassDynamics(stiffness, mass, static, extra, *known, 0.0, viscous)
         return completed(dynamics, film.quality[-1], highest, stiffness if flat else None)
 
-
     def _viscous(self, film: PlateFilm, parity: Parity) -> sp.csr_matrix | None:
         """What a viscoelastic material adds to the damping: its time times the bending."""
         assert film.scene.damping is not None

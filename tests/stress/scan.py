@@ -1,6 +1,6 @@
 """Write scan.md beside this: random systems whose orbits an independent shooting scan finds, too.
 
-    ./run python -m tests.stress.scan [--first 0] [--count 20]
+    ./run python -m tests.stress.scan [--first 0] [--count 20] [--seconds 600]
 
 Newton's method from random states, by Runge and Kutta's steps of the equations as the docstrings
 have them and none of the package's code, finds orbits of one, two and three periods of the drive at
@@ -11,6 +11,7 @@ something in its `unexplored` tell that such orbits were not looked for or not f
 from __future__ import annotations
 
 import argparse
+import hashlib
 import time
 from pathlib import Path
 
@@ -19,6 +20,7 @@ import numpy as np
 
 from nanorom.bench import report
 from nanorom.continuation import Diagram, ModalSystem, explore
+from nanorom.files.lines import Lines
 
 TABLE = Path(__file__).with_suffix(".md")
 KINDS = ("hardening", "softening", "pair", "equal pair", "1:2", "1:3", "parametric")
@@ -219,15 +221,22 @@ def scanned(seed: int) -> Row:
 
 
 def main() -> None:
-    """Print rows as they come, then write the table."""
+    """Print rows as they come; write the table of those that the seconds allow, go on next time."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seconds", type=float, default=np.inf, help="of CPU, of this run")
     given = parser.parse_args()
-    rows = []
+    kept = Lines(TABLE, hashlib.sha256(Path(__file__).read_bytes()).hexdigest())
+    rows: list[Row] = []
     for seed in range(given.first, given.first + given.count):
-        rows.append(scanned(seed))
+        if seed not in kept.found and time.process_time() > given.seconds:
+            print(f"seeds from {seed} on are for the next run", flush=True)
+            break
+        rows += [Row(**row) for row in kept.each([seed], lambda n: attrs.asdict(scanned(n)))]
         print(report.line(rows[-1]), flush=True)
+    else:
+        kept.finished()
     command = f"python -m tests.stress.scan --first {given.first} --count {given.count}"
     report.write_markdown("Random systems beside a shooting scan", (rows,), TABLE, command)
 

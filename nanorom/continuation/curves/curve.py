@@ -44,6 +44,9 @@ class Equations(Protocol):
     def system(self, z: Array) -> tuple[Array, Array]:
         """Residual (n - 1,) and Jacobian (n - 1, n) for n unknowns."""
 
+    def solve(self, matrix: Array, right: Array) -> Array:
+        """The solution (n, k) of the last Jacobian with a border (n, n) for right sides (n, k)."""
+
 
 @attrs.frozen(eq=False)
 class Place:
@@ -243,7 +246,7 @@ class Curve(ABC):
             residual, jacobian = balance.system(z)
             right[:-1, 0] = -residual
             try:
-                change, direction = np.linalg.solve(np.vstack([jacobian, border]), right).T
+                change, direction = balance.solve(np.vstack([jacobian, border]), right).T
             except np.linalg.LinAlgError:  # singular: as one that does not converge
                 break
             z = z + change

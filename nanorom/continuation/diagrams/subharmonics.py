@@ -64,29 +64,37 @@ def stretches(
         return
     plain = conservative(system)
     dressed = _dressed(plain, response(float(np.sqrt(omega[0] * omega[1]))))
+    alone, beside = ((free, _linear_modes(free)) for free in (plain, dressed))
     for order in ORDERS:
         if order == DOUBLED and not doublings:
             continue
-        free = plain if order == 1 else dressed
+        free, modes = alone if order == 1 else beside
         low, high = omega[0] / order, omega[1] / order
-        for mode in range(free.size):
-            linear = linear_mode(free, mode)
-            if not _may_reach(free, *linear, low, high):
+        for frequency, shape, bend in modes:
+            if not _may_reach(free, frequency, bend, low, high):
                 continue
-            if order == 1 and low < PASSED * linear[0] and linear[0] < high:
+            if order == 1 and low < PASSED * frequency and frequency < high:
                 continue  # the response from rest passes it
             # a backbone ends a little within the range, where its last orbit is then
             inner = WITHIN * (high - low)
-            down = low + inner if linear[0] > low + inner else linear[0] / FARTHEST
-            limits = down, max(high - inner, 1.001 * linear[0])
+            down = low + inner if frequency > low + inner else frequency / FARTHEST
+            limits = down, max(high - inner, 1.001 * frequency)
             settings = Settings(tolerance=TOLERANCE, steps=STEPS)
-            orbits = free_orbits(free, linear, limits, settings, HIGHEST)
+            orbits = free_orbits(free, (frequency, shape), limits, settings, HIGHEST)
             yield from _supported(system, orbits, order, omega, response)
 
 
-def _may_reach(free: ScaledSystem, frequency: float, shape: Array, low: float, high: float) -> bool:
+def _linear_modes(free: ScaledSystem) -> list[tuple[float, Array, float]]:
+    """Frequency and shape (L,) of every mode, and how much of a cubic force there is along it."""
+    modes = [linear_mode(free, mode) for mode in range(free.size)]
+    shapes = np.stack([shape for _, shape in modes], axis=1)
+    squares = (shapes[:, None] * shapes).reshape(free.size**2, -1)
+    bends = (squares * (free.cubic.reshape(len(squares), -1) @ squares)).sum(axis=0)
+    return [(*mode, float(bend)) for mode, bend in zip(modes, bends)]
+
+
+def _may_reach(free: ScaledSystem, frequency: float, bend: float, low: float, high: float) -> bool:
     """Whether free motions of a mode may have frequencies between two."""
-    bend = np.einsum("rjkl,r,j,k,l->", free.cubic, shape, shape, shape, shape)
     softens, hardens = (
         bool(free.quadratic.any()) or bend < 0,
         bool(free.quadratic.any()) or bend > 0,
@@ -130,7 +138,7 @@ def _balance(system: ScaledSystem, orbit: Orbit, order: int) -> tuple[Array, flo
     table = fourier_matrix(angles, harmonics)
     q, v = table @ orbit.coefficients, orbit.rate * (table @ differentiate(orbit.coefficients))
     friction = v @ system.damping.T
-    if system.loss.any():
+    if system.has_loss:
         friction += np.einsum("rkjl,nj,nl,nk->nr", system.loss, q, q, v, optimize=True)
     loss = float((v * friction).sum() / count)
     phases = 2 * np.pi / PHASES * np.arange(PHASES)
@@ -177,6 +185,6 @@ def linear_response(system: ScaledSystem, omega: float) -> Array:
 def _dressed(free: ScaledSystem, forced: Array) -> ScaledSystem:
     """The free system as the response stiffens it on average, if that is a correction."""
     squares = forced[1:].T @ forced[1:] / 2
-    added = 3.0 * np.einsum("rjkl,kl->rj", free.cubic, squares)
+    added = 3.0 * np.tensordot(free.cubic, squares, axes=2)
     small = np.linalg.norm(added) < LARGEST * np.linalg.norm(free.stiffness)
     return replace(free, stiffness=free.stiffness + added) if small else free

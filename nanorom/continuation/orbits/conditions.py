@@ -16,6 +16,7 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import slices
 from nanorom.continuation.orbits.pairs import Index
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
@@ -175,7 +176,11 @@ class OnCircle(Condition):
         self, eigenvalues: Numbers, slopes: Array, pairs: tuple[Index, Index]
     ) -> tuple[Array, Array]:
         first, second = pairs
-        return signed_log_product(eigenvalues[:, first] * eigenvalues[:, second] - 1.0)
+        signs, logs = np.empty((2, len(eigenvalues)))
+        for some in slices(len(eigenvalues), len(first)):
+            here = eigenvalues[some]
+            signs[some], logs[some] = signed_log_product(here[:, first] * here[:, second] - 1.0)
+        return signs, logs
 
     def impostor(self, multipliers: Numbers) -> float:
         """Of a neutral saddle: a real pair with product one, of which one is far outside."""

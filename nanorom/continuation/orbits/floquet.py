@@ -21,7 +21,7 @@ from nanorom.continuation.orbits.harmonics import (
 )
 from nanorom.continuation.orbits.pairs import Index
 from nanorom.continuation.orbits.parts import Part, independent_parts
-from nanorom.continuation.orbits.product import LARGE, product_eigenvalues
+from nanorom.continuation.orbits.product import LARGE, product, product_eigenvalues
 from nanorom.continuation.orbits.splitting import Splitting
 from nanorom.continuation.orbits.variation import Variation
 from nanorom.continuation.scaled import ScaledSystem
@@ -78,7 +78,7 @@ class FloquetSolver:
     def __init__(self, system: ScaledSystem, truncation: float = TRUNCATION) -> None:
         self.system, self.truncation = system, truncation
         self.size = system.size
-        self.has_loss = bool(system.loss.any())
+        self.has_loss = system.has_loss
         self.fastest, self.relaxation = system.fastest, system.relaxation
         self._signs: dict[SupportKey, Array | None] = {}
         self._variations: dict[Part, Variation | Splitting] = {}
@@ -163,7 +163,7 @@ class FloquetSolver:
             maps, intervals = variation.propagate(stiffness, damping, rates[some], intervals, half)
             if signs is not None:
                 maps[:, -1] *= np.tile(signs[part.modes], 2)[:, None]
-            result[some] = _product(maps)
+            result[some] = product(maps)
             eigenvalues[some] = np.linalg.eigvals(result[some])
             for i in np.flatnonzero(np.abs(result[some]).max(axis=(1, 2)) > LARGE):
                 eigenvalues[first + i] = product_eigenvalues(maps[i])
@@ -235,12 +235,3 @@ def sort_multipliers(values: Array) -> Array:
     sizes = np.log(np.maximum(np.abs(values), TINY))
     keys = np.lexsort((-values.imag, -np.round(sizes, DIGITS)), axis=-1)
     return np.take_along_axis(values, keys, axis=-1)
-
-
-def _product(maps: Array) -> Array:
-    """The ordered product of maps (n, M, d, d), later intervals to the left."""
-    while maps.shape[1] > 1:
-        even = maps.shape[1] // 2 * 2
-        pairs = np.matmul(maps[:, 1:even:2], maps[:, 0:even:2])
-        maps = pairs if even == maps.shape[1] else np.concatenate([pairs, maps[:, even:]], axis=1)
-    return np.asarray(maps[:, 0])

@@ -57,7 +57,7 @@ class Part:
             parametric=by_term(system.parametric[inner]),
             damping=system.damping[inner],
             inertia=system.inertia[modes],
-            has_loss=bool(system.loss.any()),
+            has_loss=system.has_loss,
         )
 
 
@@ -87,7 +87,7 @@ def _coupled(system: ScaledSystem, moving: Index) -> Index:
     joined |= (system.parametric != 0).any(axis=2)
     joined |= (system.cubic[every] != 0).any(axis=(2, 3))
     joined |= (system.quadratic[:, :, moving] != 0).any(axis=2)
-    if system.loss.any():
+    if system.has_loss:
         loss = system.loss != 0
         joined |= loss[every].any(axis=(2, 3))
         joined |= loss[:, moving][:, :, :, moving].any(axis=(1, 3))

@@ -42,7 +42,7 @@ def patterns(system: ScaledSystem) -> Patterns:
     """The patterns of a system, found once."""
     if system not in _of_system:
         cubic = system.cubic != 0
-        if system.loss.any():
+        if system.has_loss:
             cubic |= system.loss != 0
             cubic |= (system.loss != 0).swapaxes(1, 2)
         _of_system[system] = Patterns(system.quadratic != 0, cubic | cubic.swapaxes(1, 2))

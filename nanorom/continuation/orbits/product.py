@@ -21,6 +21,15 @@ ROUND_OFF = 1e-10  # of an eigenvalue
 LARGE = 1e3  # entries of a product beyond which the next factor begins
 
 
+def product(maps: Array) -> Array:
+    """The ordered product of maps (n, M, d, d), later intervals to the left."""
+    while maps.shape[1] > 1:
+        even = maps.shape[1] // 2 * 2
+        pairs = np.matmul(maps[:, 1:even:2], maps[:, 0:even:2])
+        maps = pairs if even == maps.shape[1] else np.concatenate([pairs, maps[:, even:]], axis=1)
+    return np.asarray(maps[:, 0])
+
+
 def product_eigenvalues(maps: Array) -> Array:
     """Eigenvalues (d,) of maps[m - 1] ... maps[0], for maps (m, d, d)."""
     factors = _factors(maps)

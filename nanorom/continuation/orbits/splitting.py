@@ -3,7 +3,8 @@
 Every mode turns freely with its damping and its mean stiffness, which is known exactly; what is
 left of K, its coupling and its change in time, kicks the velocities between such turns. A kick
 costs one product of matrices where a step of a Taylor series (`variation`) costs two hundred of
-them; with few modes its many small steps take away what that saves. Source: Blanes and Moan 2002,
+them. Most of the error of the maps is a change of coordinates, which leaves the multipliers as they
+are: steps are as long as these allow. Source: Blanes and Moan 2002,
 doi:10.1016/S0377-0427(01)00492-7 (Runge-Kutta-Nystrom splitting of order 6 with 11 stages).
 """
 
@@ -14,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from nanorom.continuation.orbits.harmonics import fourier_matrix
+from nanorom.continuation.orbits.product import product
 from nanorom.types import Array, Numbers
 
 ORDER = 6
@@ -31,13 +33,14 @@ _TURNS = (
     -0.246331761062075,
     0.357208872795928,
 )
-MANY = 24  # modes from which on it is cheaper than the series: tests/benchmarks/splitting.md
+MANY = 8  # modes from which on it is cheaper than the series: tests/benchmarks/splitting.md
 MOST_INTERVALS = 16384
 LEAST_INTERVALS = 4
 MARGIN = 1.05  # more intervals than the error asks for
 TRUSTED = 16  # orbits for which one estimate of the error serves
 HARDER = 1.05  # strength, by that of the last estimate, from which another one is made
 CLOSE = 20_000  # doubles of a matrix that stay near the processor
+UNFELT = 1e-2  # of the truncation: harmonics of the stiffness, by the largest, that change nothing
 ROUND_OFF = 1e-18  # of an error that vanishes
 TINY = 1e-300  # rate at which a mode would drift rather than turn
 
@@ -81,6 +84,7 @@ class Splitting:
 
         stiffness (n, F, L, L): Fourier coefficients; damping: None; rates (n,).
         """
+        stiffness = self._without_rest(stiffness)
         intervals += intervals % 2
         phases = (np.pi if half else 2 * np.pi) * np.sqrt(_strength(stiffness)) / rates
         hardest = int(phases.argmax())
@@ -101,15 +105,22 @@ class Splitting:
         self._since += len(rates)
         return self._maps(stiffness, rates, intervals, half), wanted
 
+    def _without_rest(self, stiffness: Array) -> Array:
+        """The stiffness without its last harmonics, if multipliers do not feel them."""
+        sizes = np.abs(stiffness).max(axis=(0, 2, 3))
+        felt = np.flatnonzero(sizes > UNFELT * self.truncation * sizes.max())
+        return stiffness[:, : 2 * ((felt.max(initial=0) + 1) // 2) + 1]
+
     def _error(self, stiffness: Array, rates: Array, intervals: int, half: bool) -> float:
-        """Of the maps of a period, from those of steps twice as long."""
-        fine = self._maps(stiffness, rates, intervals, half)
-        gaps = fine[:, 1::2] @ fine[:, ::2] - self._maps(stiffness, rates, intervals // 2, half)
-        step = (np.pi if half else 2 * np.pi) / intervals / rates[0]
-        gaps[:, :, self.size :] *= step
-        gaps[:, :, :, self.size :] /= step
-        # errors of steps turn with the modes that they are of: they do not add up in one phase
-        return float(np.abs(gaps).max() * np.sqrt(intervals / 2)) / 2.0**ORDER
+        """Of the eigenvalues of a period's map, from those of steps twice as long.
+
+        They are nearer to the exact ones than the map itself, most of whose error is a change of
+        coordinates: the kicks would have to be given at slightly other states.
+        """
+        maps = (self._maps(stiffness, rates, n, half) for n in (intervals, intervals // 2))
+        fine, coarse = (np.linalg.eigvals(product(some)[0]) for some in maps)
+        gaps = np.abs(fine[:, None] - coarse).min(axis=1) / np.maximum(np.abs(fine), 1.0)
+        return float(gaps.max()) / 2.0**ORDER
 
     def _maps(self, stiffness: Array, rates: Array, intervals: int, half: bool) -> Array:
         """Maps (n, M, 2L, 2L), so many intervals at a time as stay in the processor's memory."""

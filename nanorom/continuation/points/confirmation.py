@@ -29,6 +29,7 @@ ASIDE = 0.5  # of the window
 DIVERGED = 1e-6  # last terms of a series, relative to the orbit
 ORDER = 12  # of a series about a point that is known well: half the work of one for a step
 FIRST_SECANT, LAST_SECANT, SECANTS = 1e-3, 1e-7, 8  # of the window: changes; most of them
+LITTLE = 1e-2  # of the first change: one that tells no slope
 MUCH_CLOSER = 1e-2  # than damping alone: multipliers that are critical together
 ROUND_OFF = 1e-6  # of a frequency: what it may make of a fold at Q = 1e9
 SHADOW = 1e-2  # of the width of a resonance: no branch point is so close to a fold
@@ -180,5 +181,6 @@ def _zero(
             return a - critical([a], precise)[0] / slope
         before, a = here, a + change
         here = critical([a])[0]
-        slope = (here - before) / change
+        if abs(change) > LITTLE * step:  # of a smaller one, the multipliers' errors are a part
+            slope = (here - before) / change
     return a

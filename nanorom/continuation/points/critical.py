@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import lu_factor, lu_solve
 
 from nanorom.continuation.orbits.balance import HarmonicBalance
 from nanorom.continuation.orbits.bifurcations import Kind
@@ -88,6 +89,26 @@ class CriticalBalance:
         value, gradient = self._criticality(z, matrices)
         jacobian[n:] = gradient
         return np.concatenate([residual + level * by_level, value]), jacobian
+
+    def solve(self, matrix: Array, right: Array) -> Array:
+        """The solution (n, k) of [Jacobian; border] for right sides (n, k), by the factors that
+        `system` left if the operator is the Jacobian of the balance itself.
+
+        A x + b m = f is solved with c' x = t for every t, and t is such that m is 0.
+        """
+        if not self.kind.turns:
+            return np.asarray(np.linalg.solve(matrix, right))
+        n = self.basis.size
+        some = np.zeros((n + 1, right.shape[1] + 2))
+        some[:n] = np.hstack([right[:n], -matrix[:n, n:]])
+        found = np.hstack([lu_solve(self.factors, some, check_finite=False), self.null[:, None]])
+        below = matrix[n:, :n] @ found[:n]
+        below[:, -3:-1] += matrix[n:, n:]
+        small = np.vstack([found[n], below])
+        right = np.vstack([np.zeros(right.shape[1]), right[n:]])
+        change = np.linalg.solve(small[:, -3:], right - small[:, :-3])
+        x = found[:n, :-3] + found[:n, -3:] @ change
+        return np.vstack([x, change[:2]])
 
     def _criticality(self, z: Array, matrices: Sequence[Array]) -> tuple[Array, Array]:
         """g (both parts of it for a pair) and its gradient; matrices: Jacobians of the balances."""
@@ -167,8 +188,9 @@ class CriticalBalance:
         bordered[size, :size] = c.conj()
         unit = np.zeros(size + 1)
         unit[-1] = 1.0
-        right = np.linalg.solve(bordered, unit)
-        left = np.linalg.solve(bordered.T, unit)
+        self.factors = lu_factor(bordered, check_finite=False)
+        self.null = right = lu_solve(self.factors, unit, check_finite=False)
+        left = lu_solve(self.factors, unit, trans=1, check_finite=False)
         return right[:size], left[:size], complex(right[size])
 
     def _spread(self, vector: Array) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nanorom.continuation.arrays import slices
 from nanorom.continuation.branches.path import Path, Place
 from nanorom.continuation.orbits.pairs import Index
 from nanorom.types import Array, Numbers
@@ -165,8 +166,17 @@ def _stencils(positions: Array, count: int) -> list[Array]:
 def _apart(eigenvalues: Array, predicted: Array) -> Array:
     """Largest distance (n,) of an eigenvalue from the nearest predicted one, both (n, 2L)."""
     sizes = np.abs(eigenvalues)
-    gaps = np.abs(eigenvalues[:, :, None] - predicted[:, None, :]).min(axis=2)
+    gaps = _nearest(eigenvalues, predicted)
     return np.asarray(np.where(sizes > INSIDE, gaps / np.maximum(1.0, sizes), 0.0).max(axis=1))
+
+
+def _nearest(values: Array, others: Array) -> Array:
+    """Distance (n, 2L) of every value from the nearest of others, both (n, 2L)."""
+    found = np.empty(values.shape)
+    for some in slices(len(values), values.shape[1] ** 2):
+        gaps = np.abs(values[some, :, None] - others[some, None, :])
+        np.min(gaps, axis=2, out=found[some])
+    return found
 
 
 def _may_meet(before: Array, after: Array, turn: Array, couples: tuple[Index, Index]) -> Array:
@@ -177,13 +187,17 @@ def _may_meet(before: Array, after: Array, turn: Array, couples: tuple[Index, In
     v, by d at most where (mu_i - mu_j)^2 = v^2 s^2 - 4 d^2, so that they stay joined for 4 d / v.
     """
     # to the nearest: of two that change places it says nothing, but they turn
-    moved = np.abs(before[:, :, None] - after[:, None, :]).min(axis=2) + turn[:, None]
+    changed = _nearest(before, after) + turn[:, None]
     first, second = couples
-    moved = moved[:, first] + moved[:, second]
-    gaps = np.abs(before[:, first] - before[:, second])
-    size = np.minimum(np.abs(before[:, first]), np.abs(before[:, second]))
-    meeting = (gaps < moved) & (moved > 4 * np.abs(1 - size)) & (size > INSIDE)
-    return np.asarray(meeting.any(axis=1))
+    found = np.empty(len(before), dtype=bool)
+    for some in slices(len(before), len(first)):
+        here = before[some]
+        moved = changed[some][:, first] + changed[some][:, second]
+        gaps = np.abs(here[:, first] - here[:, second])
+        size = np.minimum(np.abs(here[:, first]), np.abs(here[:, second]))
+        meeting = (gaps < moved) & (moved > 4 * np.abs(1 - size)) & (size > INSIDE)
+        np.any(meeting, axis=1, out=found[some])
+    return found
 
 
 def _lagrange(nodes: Array, positions: Array) -> Array:
