@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nanorom.devices.study import study
     from nanorom.errors import NanoromError
+    from nanorom.measurement.device.identify import identify_sweeps
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "devices.study": ("study",),
     "errors": ("NanoromError",),
+    "measurement.device.identify": ("identify_sweeps",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
@@ -150,6 +152,7 @@ __all__ = [
     "Tension",
     "Verified",
     "full_orbit",
+    "identify_sweeps",
     "manifold",
     "reduce",
     "respond",

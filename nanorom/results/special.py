@@ -20,6 +20,7 @@ from nanorom.results.question import Question
 from nanorom.results.respond import respond
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
+from nanorom.rom.names import index_of
 from nanorom.rom.quantities import Arrays
 from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
@@ -104,7 +105,7 @@ def derived(
     assert drive is not None and sweep is not None
     read = [Name.read(name, scene) for name in names]
     for each in read:
-        if each.mode and each.mode not in label:
+        if each.mode and index_of(label, each.mode) is None:
             raise ModelError(f"of: found {each.whole!r}; allowed modes: {', '.join(label)}")
     question = Question(drive, sweep, scene.damping)
 
@@ -129,7 +130,8 @@ def _named(name: Name, point: SpecialPoint, slopes: list[PointSlope], label: lis
     if not name.mode:
         by = tuple(slope.omega / (2 * np.pi) for slope in slopes)
         return Named(point.omega / (2 * np.pi), "Hz", by)
-    mode = label.index(name.mode)
+    mode = index_of(label, name.mode)
+    assert mode is not None
     return Named(float(point.amplitude[mode]), "m", tuple(float(s.amplitude[mode]) for s in slopes))
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from nanorom.errors import ModelError
 from nanorom.rom.coefficients import Coefficients, place
+from nanorom.rom.names import index_of
 from nanorom.types import Array
 
 UNITS = {"f": "Hz", "m": "kg", "k": "N/m", "b": "N/m^3", "J": "N", "P": "N/m"}
@@ -82,6 +83,8 @@ def _quantity(name: str, labels: Sequence[str], whole: str) -> Quantity:
     kind, digits, names, equation, pattern = match.groups()
     count = {"b": 3, "P": 2}.get(kind, 1)
     parts: list[str] = names.split(",") if names else [digits] if count == 1 else list(digits)
+    if names and count == 1:
+        parts = [names]  # its comma may be a part of it: f0,1
     if len(parts) != count or (equation and kind != "b") or bool(pattern) != (kind in "JP"):
         raise ModelError(f"of: found {whole!r}; allowed: {ALLOWED}")
     modes = [_place(labels, part, whole) for part in parts]
@@ -104,7 +107,7 @@ def _quantity(name: str, labels: Sequence[str], whole: str) -> Quantity:
 
 def _place(labels: Sequence[str], part: str, whole: str) -> int:
     part = part.strip()
-    if part in labels:
+    if index_of(labels, part) is not None:
         return place(labels, part, f"of: {whole}")
     if not part.isdigit():
         raise ModelError(
