@@ -37,7 +37,7 @@ TRIES = 4  # amplitudes spread over a stretch of a backbone from which orbits ar
 LARGEST = 1.5  # of the stiffness, that the forced response may add
 WITHIN = 1e-3  # of a range
 PASSED = 1.05  # linear frequency by the low end of a range: its resonance begins there
-HIGHEST = 1e6  # units of amplitude, where a mode alone is linear: all its motions have one frequency
+HIGHEST = 1e6  # units of amplitude, where a mode alone is linear and its frequency never changes
 LITTLE = 1e-14  # loss of a motion, by its energy, that is none
 
 
