@@ -15,6 +15,7 @@ from nanorom.cli.given import (
     load,
     names_of,
     number,
+    pairs_of,
     progress_bar,
     scene_of,
 )
@@ -186,29 +187,6 @@ def effective_command(options: argparse.Namespace) -> None:
         effective_figure(found, options.output.with_suffix(".png"))
 
 
-def identify_command(options: argparse.Namespace) -> None:
-    from nanorom.files.whole import check_directory, make_directory
-    from nanorom.measurement.data import Resonances
-    from nanorom.measurement.identify import identify
-    from nanorom.measurement.unknowns import USUAL
-    from nanorom.report import text as report
-    from nanorom.scene.scene import Scene
-
-    if options.output is not None:
-        check_directory(options.output)
-    scene = Scene.from_file(options.scene)
-    measured = Resonances.from_file(options.measured, columns_of(options))
-    unknowns = USUAL if options.unknowns is None else options.unknowns.split(",")
-    found = identify(scene, measured, unknowns)
-    print(report.identification_text(found))
-    if options.output is not None:
-        from nanorom.plots import resonance_figure
-
-        make_directory(options.output)
-        found.save_scene(options.output / "identified.toml")
-        resonance_figure(found, options.output / "resonances.png")
-
-
 def sensitivity_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_writable
     from nanorom.launch import mpi_rank
@@ -218,9 +196,9 @@ def sensitivity_command(options: argparse.Namespace) -> None:
     if options.output is not None:
         check_writable(options.output)
     of, by = (None if names is None else names_of(names) for names in (options.of, options.by))
-    scene = scene_of(options)
+    scene, spread = scene_of(options), pairs_of("--spread", options.spread)
     with progress_bar() as progress:
-        found = sensitivity(scene, of, by, progress)
+        found = sensitivity(scene, of, by, progress, spread)
     if mpi_rank() == 0:
         print(sensitivity_text(found))
         if options.output is not None:
@@ -228,33 +206,6 @@ def sensitivity_command(options: argparse.Namespace) -> None:
 
             found.save_csv(options.output)
             sensitivity_figure(found, options.output.with_suffix(".png"))
-
-
-def peaks_command(options: argparse.Namespace) -> None:
-    from nanorom.files.whole import check_directory, make_directory
-    from nanorom.measurement.data import MeasuredResponse, RingdownRecord, has_time
-    from nanorom.measurement.sweeps.peaks import find_peaks
-    from nanorom.measurement.sweeps.ringdown import fit_ringdown
-    from nanorom.report import peaks as report
-
-    if options.output is not None:
-        check_directory(options.output)
-    columns = columns_of(options)
-    if has_time(options.measured[0], columns):
-        for path in options.measured:
-            print(report.ringdown_text(fit_ringdown(RingdownRecord.from_file(path, columns))))
-        return
-    measured = MeasuredResponse.from_files(options.measured, columns)
-    with progress_bar() as progress:
-        found = find_peaks(measured, progress)
-    print(report.peaks_text(found, measured.left_out))
-    if options.output is not None:
-        from nanorom.plots import peaks_figure
-
-        make_directory(options.output)
-        report.save_table(found, options.output / "peaks.csv")
-        for number, peak in enumerate(found, 1):
-            peaks_figure(peak, options.output / f"peak-{number}.png")
 
 
 def plot_command(options: argparse.Namespace) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nanorom.cli import commands, devices
+from nanorom.cli import commands, devices, measured
 
 
 class Command(NamedTuple):
@@ -166,16 +166,23 @@ def _identify(parser: argparse.ArgumentParser) -> None:
         "scene", type=Path, metavar="SCENE", help="scene file (TOML), a first guess"
     )
     parser.add_argument(
-        "measured", type=Path, metavar="MEASURED", help="CSV: frequency, label, ..."
+        "measured",
+        type=Path,
+        nargs="+",
+        metavar="MEASURED",
+        help="tables of resonances (frequency, label) or of sweeps (frequency, amplitude, level)",
     )
     _add_columns(parser)
+    parser.add_argument(
+        "--labels", metavar="NAMES", help="of sweeps: modes of the peaks by frequency, f01,f11s"
+    )
     parser.add_argument(
         "--unknowns",
         metavar="NAMES",
         help="what to find, such as tension,density; an unknown name is answered with all",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and resonances.png"
+        "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and pictures"
     )
 
 
@@ -188,6 +195,12 @@ def _sensitivity(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--by", metavar="KEYS", help="plate.thickness,tension.x,... (default: all that act)"
+    )
+    parser.add_argument(
+        "--spread",
+        metavar="DEVIATIONS",
+        help="plate.thickness=3%%,tension=5%%,...: what these make of each quantity, beside what "
+        'the scene says ("10 nm +- 3 %%")',
     )
     parser.add_argument(
         "-o", "--output", type=Path, metavar="TABLE", help="CSV; a picture comes beside it"
@@ -343,7 +356,7 @@ COMMANDS = {
         _effective,
     ),
     "identify": Command(
-        commands.identify_command,
+        measured.identify_command,
         "Find tension, Young's modulus and more from resonances.",
         _identify,
     ),
@@ -357,8 +370,13 @@ COMMANDS = {
         "Reduce many devices, a grid or samples of a scene's keys, into one table.",
         devices.sweep_options,
     ),
+    "design": Command(
+        devices.design_command,
+        "Find the device that is best at something, within bounds and under conditions.",
+        devices.design_options,
+    ),
     "peaks": Command(
-        commands.peaks_command,
+        measured.peaks_command,
         "Find Q, Duffing coefficient, damping and folds of every peak, without a model.",
         _peaks,
     ),

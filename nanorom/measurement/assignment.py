@@ -6,19 +6,12 @@ assignment half as likely for every mode that it leaves out: 2 ln 2 in units of 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 UNSEEN = 2 * np.log(2)
-_SINGLE = re.compile(r"^f(\d),(\d)([cs]?)$")
-
-
-def plain(label: str) -> str:
-    """A name of a mode without the comma that it has beside one of ten diameters: f0,1c is f01c."""
-    return _SINGLE.sub(r"f\1\2\3", label)
 
 
 def assign(

@@ -88,7 +88,7 @@ def level_of_fold(
 
     folds = np.asarray(frequency, dtype=float)
     force = np.asarray(pattern, dtype=float)
-    (r,) = (i for i in range(model.size) if mode in (model.label[i], int(model.number[i])))
+    (r,) = np.flatnonzero(model.number == model.select([mode]).number[0])
     if force[r] == 0:
         raise ModelError(f"pattern: no force on mode {mode!r}")
     guess = force_of_fold(model, mode, folds) / abs(force[r])

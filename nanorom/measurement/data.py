@@ -141,6 +141,18 @@ class MeasuredResponse:
         ]
         return cls(tuple(traces), units[0], sum(each.left_out for each in found))
 
+    @classmethod
+    def of(
+        cls,
+        measured: MeasuredResponse | str | Path | Sequence[str | Path],
+        columns: Mapping[str, str] | None = None,
+    ) -> MeasuredResponse:
+        """A response as it is, or read from one file or several; raises FileError."""
+        if isinstance(measured, MeasuredResponse):
+            return measured
+        one = isinstance(measured, (str, Path))
+        return cls.from_files([measured] if one else measured, columns)  # type: ignore[list-item,arg-type]
+
     def linear(self) -> MeasuredResponse:
         """With amplitudes in place of decibels: by one volt of dBV, else by the largest of all."""
         if not is_decibel(self.unit):
@@ -191,6 +203,13 @@ class RingdownRecord:
 def has_time(path: str | Path, columns: Mapping[str, str] | None = None) -> bool:
     """Whether a file is a record in time; raises FileError."""
     return "time" in Table(path, columns)
+
+
+def is_sweep(path: str | Path, columns: Mapping[str, str] | None = None) -> bool:
+    """Whether a file has amplitudes against frequency, not named resonances; raises FileError."""
+    table = Table(path, columns)
+    named = "label" in table and not ("level" in table or "sweep" in table)
+    return not named and ("amplitude" in table or ("x" in table and "y" in table))
 
 
 def _positive(table: Table, quantity: str) -> Array:

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nanorom.errors import SceneError
-from nanorom.measurement.assignment import UNSEEN, assign, plain
+from nanorom.measurement.assignment import UNSEEN, assign
 from nanorom.measurement.data import Resonances
 from nanorom.measurement.unknowns import PAIR, Film, Unknown
+from nanorom.rom.names import plain
 from nanorom.rom.spectrum import Lines, Spectrum
 from nanorom.scene.geometry import Disc, Rectangle
 from nanorom.scene.scene import Scene

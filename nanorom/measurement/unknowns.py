@@ -1,8 +1,9 @@
-"""What a fit of resonances can find of a film; each unknown is a class.
+"""What a fit can find of a film; each unknown is a class.
 
 The stiffness T_x K_x + T_y K_y + D K_D and the mass rho h M depend on the film through four numbers
 (T_x, T_y, D, rho h).  An unknown says what it sets in the film and how the four change with it; the
-fit, the search and what is told of them ask no more.
+fit, the search and what is told of them ask no more.  What damps is seen by sweeps alone
+(`measurement.device`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
+from nanorom.scene.excitation import Damping
 from nanorom.scene.film import Tension
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
@@ -26,7 +28,7 @@ class Film:
     """What the operators of a scene's film depend on.
 
     tension_x, tension_y: N/m; youngs_modulus: Pa; poisson_ratio; density: kg/m^3; thickness: m;
-    bends: it is not a membrane.
+    bends: it is not a membrane; quality_factor, material_time (s): of its damping, as found.
     """
 
     tension_x: float
@@ -36,11 +38,14 @@ class Film:
     density: float
     thickness: float
     bends: bool
+    quality_factor: float | None = None
+    material_time: float = 0.0
 
     @classmethod
     def of(cls, scene: Scene) -> Film:
         """The film of a scene."""
-        material, bends = scene.material, scene.plate.bends is not False
+        material, bends, damping = scene.material, scene.plate.bends is not False, scene.damping
+        quality = (damping.quality_factor if damping else None) or ()
         return cls(
             scene.tension.x,
             scene.tension.y,
@@ -49,6 +54,8 @@ class Film:
             material.density,
             scene.plate.thickness,
             bends,
+            None if damping is None or len(quality) != 1 else quality[0],
+            0.0 if damping is None else damping.material_time,
         )
 
     @property
@@ -72,17 +79,22 @@ class Film:
             poisson_ratio=self.poisson_ratio,
             density=self.density,
         )
+        damping = scene.damping
+        if self.quality_factor or self.material_time:
+            damping = Damping(self.quality_factor, self.material_time)
         return scene.with_(
             tension=Tension(self.tension_x, self.tension_y),
             material=material,
             plate=attrs.evolve(scene.plate, thickness=self.thickness),
+            damping=damping,
         )
 
 
 class Unknown(ABC):
     """A number to be found, greater than 0.
 
-    name, unit; sets: attributes of the film that it gives its value to.  stiffens: 1 if all of
+    name, unit; sets: attributes of the film that it gives its value to; key: of the scene, by which
+    the arrays of a model have exact derivatives, or "" where they have none.  stiffens: 1 if all of
     omega^2 goes with it together with the others of its kind, -1 if omega^2 goes with its inverse,
     else 0; bends: power with which D grows with it; pulls: whether it is a tension.
     bounds: values (low, high) beyond which the fit does not go.
@@ -91,6 +103,7 @@ class Unknown(ABC):
     name: ClassVar[str]
     unit: ClassVar[str]
     sets: ClassVar[tuple[str, ...]]
+    key: ClassVar[str] = ""
     stiffens: ClassVar[int] = 0
     bends: ClassVar[int] = 0
     pulls: ClassVar[bool] = False
@@ -118,6 +131,7 @@ class IsotropicTension(Unknown):
     """The same tension along x and y."""
 
     name, unit, sets = "tension", "N/m", PAIR
+    key = "tension"
     stiffens, pulls = 1, True
 
     def slope(self, film: Film) -> Array:
@@ -128,6 +142,7 @@ class TensionX(Unknown):
     """Tension along x."""
 
     name, unit, sets = PAIR[0], "N/m", PAIR[:1]
+    key = "tension.x"
     stiffens, pulls = 1, True
 
     def slope(self, film: Film) -> Array:
@@ -138,6 +153,7 @@ class TensionY(Unknown):
     """Tension along y."""
 
     name, unit, sets = PAIR[1], "N/m", PAIR[1:]
+    key = "tension.y"
     stiffens, pulls = 1, True
 
     def slope(self, film: Film) -> Array:
@@ -148,6 +164,7 @@ class YoungsModulus(Unknown):
     """Young's modulus, through the bending stiffness."""
 
     name, unit, sets = "youngs_modulus", "Pa", ("youngs_modulus",)
+    key = "material.youngs_modulus"
     stiffens, bends = 1, 1
 
     def slope(self, film: Film) -> Array:
@@ -165,6 +182,7 @@ class Density(Unknown):
     """Density."""
 
     name, unit, sets = "density", "kg/m^3", ("density",)
+    key = "material.density"
     stiffens = -1
 
     def slope(self, film: Film) -> Array:
@@ -175,13 +193,46 @@ class Thickness(Unknown):
     """Thickness at a given tension (N/m): D goes with its cube, the mass with itself."""
 
     name, unit, sets = "thickness", "m", ("thickness",)
+    key = "plate.thickness"
     bends = 3
 
     def slope(self, film: Film) -> Array:
         return np.array([0.0, 0.0, 3 * film.bending / film.thickness, film.density])
 
 
-_ALL = (IsotropicTension(), TensionX(), TensionY(), YoungsModulus(), Density(), Thickness())
+class QualityFactor(Unknown):
+    """Quality factor of all modes, which no resonance frequency tells."""
+
+    name, unit, sets = "quality_factor", "1", ("quality_factor",)
+    key = "damping.quality_factor"
+
+    def of(self, film: Film) -> float:
+        return film.quality_factor or np.nan
+
+    def slope(self, film: Film) -> Array:
+        return np.zeros(4)
+
+
+class MaterialTime(Unknown):
+    """Relaxation time of a viscous material, the nonlinear damping of a film that stretches."""
+
+    name, unit, sets = "material_time", "s", ("material_time",)
+    key = "damping.material_time"
+
+    def slope(self, film: Film) -> Array:
+        return np.zeros(4)
+
+
+_ALL = (
+    IsotropicTension(),
+    TensionX(),
+    TensionY(),
+    YoungsModulus(),
+    Density(),
+    Thickness(),
+    QualityFactor(),
+    MaterialTime(),
+)
 UNKNOWNS: dict[str, Unknown] = {unknown.name: unknown for unknown in _ALL}
 USUAL = (*PAIR, "youngs_modulus")
 

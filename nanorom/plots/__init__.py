@@ -1,6 +1,8 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
 from nanorom.plots.comb import comb_figure
+from nanorom.plots.design import design_figure
+from nanorom.plots.device import device_figure
 from nanorom.plots.diagram import diagram_figure, motion_figure
 from nanorom.plots.effective import effective_figure
 from nanorom.plots.linear import linear_figure
@@ -20,7 +22,9 @@ __all__ = [
     "animate",
     "comb_figure",
     "comparison_figure",
+    "device_figure",
     "diagram_figure",
+    "design_figure",
     "effective_figure",
     "linear_figure",
     "load_curve",

@@ -11,6 +11,7 @@ import numpy as np
 
 from nanorom.continuation import Branch, Readout, SpecialPoint, readout
 from nanorom.errors import ContinuationError
+from nanorom.rom.names import index_of
 from nanorom.scene.instrument import Instrument
 from nanorom.types import Array
 
@@ -38,9 +39,10 @@ def weights(response: Response, output: Output) -> Array:
     """The modes' part (L,) in an output; raises ContinuationError for one that is not there."""
     names, size = response.label, len(response.label)
     if isinstance(output, str):
-        if output not in names:
+        named = index_of(names, output)
+        if named is None:
             raise ContinuationError(f"output: found {output!r}; allowed: {', '.join(names)}")
-        output = names.index(output)
+        output = named
     if isinstance(output, (int, np.integer)):
         if not 0 <= output < size:
             raise ContinuationError(f"output: found mode {output}; allowed 0 to {size - 1}")

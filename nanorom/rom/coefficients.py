@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from nanorom.errors import ModelError
 from nanorom.rom import tensors
+from nanorom.rom.names import index_of
 from nanorom.types import Array
 
 
@@ -42,8 +43,9 @@ class Coefficients(dict[tuple[Any, ...], float]):
 
 def place(labels: Sequence[str], mode: int | str, what: str) -> int:
     """Place of a mode within a model, 1-based, given that or its name; raises ModelError."""
-    if isinstance(mode, str) and mode in labels:
-        return labels.index(mode) + 1
+    named = index_of(labels, mode) if isinstance(mode, str) else None
+    if named is not None:
+        return named + 1
     if not isinstance(mode, str) and 1 <= mode <= len(labels) and int(mode) == mode:
         return int(mode)
     raise ModelError(f"{what}: found {mode!r}; allowed: 1 to {len(labels)}, or {', '.join(labels)}")

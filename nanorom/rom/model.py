@@ -29,6 +29,7 @@ from nanorom.rom.coefficients import Coefficient, Coefficients, place
 from nanorom.rom.heat import Heat
 from nanorom.rom.larger import Larger
 from nanorom.rom.modal import Modal
+from nanorom.rom.names import index_of
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.excitation import Damping
 from nanorom.scene.patterns import PARAMETRIC
@@ -217,15 +218,17 @@ class ReducedModel(Modal):
         return attrs.evolve(self, **picked)
 
     def _position(self, mode: int | str) -> int:
+        names: list[Any] = list(self.label)
         if isinstance(mode, str):
-            names: list[Any] = list(self.label)
+            found = index_of(self.label, mode)
         else:
             names = self.number.tolist()
-        if mode not in names:
+            found = names.index(mode) if mode in names else None
+        if found is None:
             raise ModelError(
                 f"mode {mode!r}: not in the model; it has {', '.join(map(str, names))}"
             )
-        return names.index(mode)
+        return found
 
     def with_damping(self, damping: Damping) -> ReducedModel:
         """The model with C = diag(m_r omega_r (1/Q_r + losses)) + tau K_bending and D = tau S.
@@ -291,6 +294,16 @@ class ReducedModel(Modal):
         if outside and self.outside_cubic is not None:
             return self.cubic + self.outside_cubic
         return self.cubic
+
+    def mass_responsivity(self, position: Sequence[float]) -> Array:
+        """df/dm (L,) in Hz/kg of a small mass that lands at a position (x, y) in m.
+
+        -f phi^2/(2 m_r), what Rayleigh's quotient gives to first order.  Raises ModelError for a
+        point off the film, or a model without shapes.
+        """
+        if self.shapes is None:
+            raise ModelError("shapes: this model keeps none, which a place on the film needs")
+        return np.asarray(-self.frequency * self.shapes.at(position) ** 2 / (2 * self.mass))
 
     def save(self, path: str | Path) -> None:
         """Write `rom.h5`, whole or not at all; raises FileError."""

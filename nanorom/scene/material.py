@@ -14,6 +14,8 @@ from nanorom.scene import fields as v
 if TYPE_CHECKING:
     from nanorom.scene.film import Plate
 
+GAS_CONSTANT = 8.31446261815324  # J/mol/K, exact
+SLIP, SLIP_POWER = 9.638, 1.159  # of the effective viscosity (Veijola et al. 1995)
 THERMAL = ("expansion", "conductivity", "specific_heat")  # keys that are given together
 
 
@@ -209,7 +211,11 @@ class Material:
 
 @attrs.frozen(field_transformer=v.readers)
 class Gas:
-    """Rarefied gas on both sides of the film: pressure in Pa, temperature in K, molar_mass."""
+    """Gas on both sides of the film: pressure in Pa, temperature in K, molar_mass in kg/mol.
+
+    Without a gap it is rarefied on both sides.  With one, in m, a wall lies below the film, which
+    squeezes the gas between them, of a viscosity in Pa s; at its edge the gap is open or sealed.
+    """
 
     pressure: float = attrs.field(
         converter=v.as_quantity, metadata=v.quantity("gas.pressure", "Pa", about="of the gas")
@@ -224,3 +230,35 @@ class Gas:
         converter=v.as_quantity,
         metadata=v.quantity("gas.molar_mass", "kg/mol", about="of the gas; that of air"),
     )
+    gap: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity("gas.gap", "m", about="to a wall, where the film squeezes the gas"),
+    )
+    viscosity: float = attrs.field(
+        default=1.82e-5,
+        converter=v.as_quantity,
+        metadata=v.quantity("gas.viscosity", "Pa*s", about="of the gas in the gap; that of air"),
+    )
+    edge: str = attrs.field(
+        default="open",
+        metadata=v.choice(
+            "gas.edge", ("open", "sealed"), about="whether gas flows out of the gap at its edge"
+        ),
+    )
+
+    @property
+    def vented(self) -> bool:
+        """Gas flows out of the gap at its edge."""
+        return self.edge == "open"
+
+    def squeeze_number(self, omega: float, length: float) -> float:
+        """12 mu omega L^2/(p g^2) of a length in m at omega in rad/s, mu that of rarefied gas.
+
+        Its mean free path is mu/p sqrt(pi R T/(2 M)).
+        """
+        assert self.gap is not None
+        speed = math.sqrt(math.pi * GAS_CONSTANT * self.temperature / (2 * self.molar_mass))
+        knudsen = self.viscosity / self.pressure * speed / self.gap
+        viscosity = self.viscosity / (1 + SLIP * knudsen**SLIP_POWER)
+        return 12 * viscosity * omega * length**2 / (self.pressure * self.gap**2)

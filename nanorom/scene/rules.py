@@ -104,6 +104,11 @@ def _check_material(scene: Scene) -> None:
         "material.loss": (material.loss > 0, rules.shallow and bends, "plate or beam"),
         "material.expansion": (material.thermal, rules.shallow, "any other"),
         "gas": (scene.gas is not None, rules.shallow, "any other"),
+        "gas.gap": (
+            scene.gas is not None and scene.gas.gap is not None,
+            rules.planar and rules.shallow,
+            "plate or membrane",
+        ),
     }
     for key, (given, known, allowed) in told.items():
         if given and not known:

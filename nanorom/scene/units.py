@@ -29,6 +29,7 @@ MEANINGS = {
     "Pa/m": ("a pressure per length", "1 Pa/nm"),
     "J": ("a bending stiffness", "1.5 eV"),
     "W": ("a power", "1 mW"),
+    "Pa*s": ("a viscosity", "18 uPa s"),
     "V/m": ("a responsivity", "2 mV/nm"),
     "ohm": ("an impedance", "50 ohm"),
     "kg": ("a mass", "1 fg"),

@@ -130,6 +130,8 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> PlateFi
 def check(scene: Scene) -> None:
     """Raise SceneError unless a scene has a film whose orbits can be solved for."""
     check_of_plates(scene, "full-order orbits")
+    if scene.gas is not None and scene.gas.gap is not None:
+        raise SceneError("gas.gap: found; full-order orbits know of no squeezed gas")
     if scene.regions:
         raise SceneError("region: found; full-order orbits are those of one film without regions")
     if any(isinstance(kind, Edge) or kind == "free" for kind in scene.support.kinds):

@@ -5,7 +5,7 @@ import pytest
 
 from nanorom.cli.main import main
 from nanorom.errors import FileError
-from nanorom.measurement.data import MeasuredResponse, Resonances, RingdownRecord
+from nanorom.measurement.data import MeasuredResponse, Resonances, RingdownRecord, is_sweep
 
 FREQUENCY = np.array([21.15e6, 35.4375e6, 36.75e6, 51.9e6])  # Hz, few digits in MHz and in Hz
 AMPLITUDE = np.array([0.5e-9, 2e-9, 1.25e-9, 0.125e-9])  # m
@@ -167,3 +167,11 @@ def test_plot_tells_by_what_factor_it_scales(tmp_path, capsys):
     command = ["plot", str(tmp_path / "response.h5"), "--data", *paths, "--columns", "amplitude=U"]
     assert main(command) == 0
     assert "drawn with 1 mV as 0." in capsys.readouterr().err
+
+
+def test_resonances_with_heights_are_no_sweeps(tmp_path):
+    sweep, resonances = tmp_path / "sweep.csv", tmp_path / "resonances.csv"
+    sweep.write_text("frequency (MHz),amplitude (nm)\n20,1\n21,2\n", encoding="utf-8")
+    resonances.write_text("frequency (MHz),mode,amplitude (nm)\n20,f01,1\n", encoding="utf-8")
+    assert is_sweep(sweep)
+    assert not is_sweep(resonances)

@@ -170,7 +170,8 @@ def test_thickness_can_be_found_where_the_material_is_known(scene, frequency, la
 
 @pytest.mark.parametrize("name", UNKNOWNS)
 def test_slopes_of_every_unknown_are_derivatives_of_the_operators(scene, name):
-    unknown, film = UNKNOWNS[name], Film.of(scene)
+    damping = nanorom.Damping(200.0, 1e-12)
+    unknown, film = UNKNOWNS[name], Film.of(scene.with_(damping=damping))
     value, step = unknown.of(film), DIFFERENCE_STEP * unknown.of(film)
     high, low = (unknown.put(film, value + k * step).operators for k in (1, -1))
     far, near = (unknown.put(film, value + k * step).operators for k in (2, -2))
@@ -221,6 +222,8 @@ def test_what_cannot_be_found_is_refused(scene, frequency):
         identify(membrane, measured(frequency))
     with pytest.raises(SceneError, match="tensoin"):
         identify(scene, measured(frequency), ["tensoin"])
+    with pytest.raises(SceneError, match="found quality_factor, on which no resonance depends"):
+        identify(scene, measured(frequency), ["tension", "quality_factor"])
 
 
 def test_assignment_skips_what_was_not_seen_and_keeps_labels():

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import eigh
 
 from nanorom.errors import ModelError
 from nanorom.rom.model import ReducedModel
@@ -243,3 +244,21 @@ def test_viscous_material_needs_a_model_that_knows_its_stretching(make_model):
     assert np.allclose(damped.damping - plain.damping, 1e-9 * np.eye(2))
     assert np.allclose(damped.select([2]).system().cubic_damping, 1e-9 * model.cubic[1, 1, 1, 1])
     assert not damped.with_damping(Damping(100)).system().cubic_damping.any()
+
+
+def test_mass_responsivity_is_the_slope_of_frequencies_by_a_mass(make_model):
+    model = make_model(3, 4)
+    place = (0.2e-6, 0.3e-6)
+    phi = model.shapes.at(place)
+    diagonal = np.diag(model.mass) * (2 * np.pi * model.frequency) ** 2
+
+    def frequencies(mass):
+        whole = np.diag(model.mass) + mass * np.outer(phi, phi)
+        return np.sqrt(eigh(diagonal, whole, eigvals_only=True)) / (2 * np.pi)
+
+    step = 1e-5 * model.mass.min()
+    slopes = (frequencies(step) - frequencies(-step)) / (2 * step)
+    order = np.argsort(model.frequency)
+    assert close(model.mass_responsivity(place)[order], slopes, 1e-6)
+    with pytest.raises(ModelError, match="keeps none"):
+        attrs.evolve(model, shapes=None).mass_responsivity(place)

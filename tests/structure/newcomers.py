@@ -286,7 +286,7 @@ ROWS = {
         ("KINDS = {", 'SHRINKS = Kind("SH", "shrinks", Shrinking(0.9), 0, "*")\nKINDS = {'),
         ("import At, Condition, OnCircle", "import At, Condition, OnCircle, Shrinking"),
     ],
-    "measurement/unknowns.py": [("Density(), Thickness())", "Density(), Thickness(), Stress())")],
+    "measurement/unknowns.py": [("    MaterialTime(),\n", "    MaterialTime(),\n    Stress(),\n")],
     "files/stored.py": [('    "nanorom-loadcurve": Kind(', NOTED_ROW)],
     "export/formats.py": [
         (

@@ -17,6 +17,7 @@ MODULES = (  # beside these, what README, demos and the command line take
     "nanorom.measurement.calibration",
     "nanorom.measurement.data",
     "nanorom.measurement.identify",
+    "nanorom.measurement.device.identify",
     "nanorom.measurement.unknowns",
     "nanorom.rom.linear",
     "nanorom.rom.motion",

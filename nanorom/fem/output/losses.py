@@ -13,9 +13,9 @@ import attrs
 import numpy as np
 
 from nanorom.scene.elasticity import Law, as_law, scaled
+from nanorom.scene.material import GAS_CONSTANT
 from nanorom.scene.scene import Scene
 
-GAS_CONSTANT = 8.31446261815324  # J/mol/K, exact
 THIN = 0.1  # h by thermal lengths up to which the series of Zener's function has more digits
 
 
@@ -26,7 +26,8 @@ class Motion:
     frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L,) N/m: the part of
     bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
     bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2; lossy (L,) N/m: of
-    `strained` each place's times its E''/E', None where the material is one.
+    `strained` each place's times its E''/E', None where the material is one; squeezed (L,) complex
+    N/m: of the gas in a gap, None without one.
     """
 
     frequency: np.ndarray
@@ -36,6 +37,7 @@ class Motion:
     mass: np.ndarray
     square: np.ndarray
     lossy: np.ndarray | None = None
+    squeezed: np.ndarray | None = None
 
     @property
     def omega(self) -> np.ndarray:
@@ -100,7 +102,15 @@ def gas(scene: Scene, motion: Motion) -> np.ndarray | None:
         return None
     speed = np.sqrt(np.pi * GAS_CONSTANT * scene.gas.temperature / (2 * scene.gas.molar_mass))
     drag = 4 * scene.gas.pressure / speed
-    return drag * motion.square / (motion.mass * motion.omega)
+    sides = 1.0 if scene.gas.gap is None else 0.5  # the other one is that of `squeeze`
+    return sides * drag * motion.square / (motion.mass * motion.omega)
+
+
+def squeeze(scene: Scene, motion: Motion) -> np.ndarray | None:
+    """Gas that flows out of and into the gap below the film."""
+    if motion.squeezed is None:
+        return None
+    return motion.squeezed.imag / (motion.stiffness + motion.squeezed.real)
 
 
 Mechanism = Callable[[Scene, Motion], np.ndarray | None]
@@ -108,6 +118,7 @@ MECHANISMS: dict[str, Mechanism] = {
     "material": material,
     "thermoelastic": thermoelastic,
     "gas": gas,
+    "squeeze": squeeze,
 }
 
 

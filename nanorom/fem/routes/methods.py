@@ -21,6 +21,7 @@ from nanorom.fem.tensors import step as stiffness_evaluation
 from nanorom.fem.tensors.flat_cases import FlatCases
 from nanorom.fem.tensors.inplane import InPlane
 from nanorom.fem.tensors.loaded_cases import static_cases
+from nanorom.fem.tensors.squeeze import Squeezed
 from nanorom.fem.tensors.tangent import tangent
 from nanorom.files.partial import Journal
 from nanorom.scene.scene import Scene
@@ -138,11 +139,16 @@ def loaded_tensors(
 
 
 def lost(
-    scene: Scene, scales: Scales, modes: Modes, products: ModalProducts, stretching: np.ndarray
+    scene: Scene,
+    scales: Scales,
+    modes: Modes,
+    products: ModalProducts,
+    stretching: np.ndarray,
+    gas: Squeezed | None = None,
 ) -> dict[str, np.ndarray]:
     """1/Q (L,) of each mode by what takes energy, if the scene has any loss. Collective.
 
-    stretching: (L, L) that the film's state adds to the modes' stiffness, scaled.
+    stretching: (L, L) that the film's state adds to the modes' stiffness, scaled; gas: in a gap.
     """
     if not scene.lossy:
         return {}
@@ -152,13 +158,14 @@ def lost(
         lossy = scales.tension * np.diag(lossy)
     dilated = bending.stiffness(modes, losses.dilated(scene))
     motion = losses.Motion(
-        frequency=scales.frequency(modes.eigenvalues),
+        frequency=scales.frequency(modes.eigenvalues) if gas is None else gas.frequency,
         stiffness=scales.tension * np.diag(products.stiffness + stretching),
         strained=scales.tension * np.diag(strained),
         dilated=scales.tension * np.diag(dilated),
         mass=scales.mass * products.mass,
         square=scales.length**2 * modes.squares(),
         lossy=lossy,
+        squeezed=None if gas is None else gas.stiffness,
     )
     return losses.losses(scene, motion)
 

@@ -33,7 +33,7 @@ from nanorom.fem.solvers.groups import Team
 from nanorom.fem.statics import state
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import is_of_revolution
-from nanorom.fem.tensors import inextensional, lateral
+from nanorom.fem.tensors import inextensional, lateral, squeeze
 from nanorom.files.partial import Journal
 from nanorom.rom.patterns import reduced
 from nanorom.rom.shapes import Shapes
@@ -337,6 +337,11 @@ class PlateRoute(Route):
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
         check_uncoupled(stiffness, solution.names)
+        gas = None
+        if scene.gas is not None and scene.gas.gap is not None:
+            mass = scales.mass * products.mass
+            gas = squeeze.squeezed(modes, scene.gas, scales.length, mass, stiffness.diagonal())
+            stiffness, frequency = stiffness + np.diag(gas.stiffness.real), gas.frequency
         own, unit = np.einsum("iiii->i", force.cubic), scales.tension / scales.length**2
         curvature = inextensional.curvature_cubic(modes, own / unit, products.stiffness.diagonal())
         of_range = inextensional.told(curvature, own / unit, solution.names, unit)
@@ -353,7 +358,7 @@ class PlateRoute(Route):
             static=static,
             viscous=viscous(scene, scales, modes),
             heat=warmth,
-            losses=lost(scene, scales, modes, products, force.stretching),
+            losses=lost(scene, scales, modes, products, force.stretching, gas),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
             diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),

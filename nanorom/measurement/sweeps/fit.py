@@ -298,7 +298,7 @@ class SweepFit:
         fitted = [y + miss for y, miss in zip(self.heights, misses)]
         sizes, sums = np.concatenate(fitted), np.abs(np.concatenate(misses))
         usual = GAUSSIAN * np.median(sums / (sizes + 0.1))
-        floor, share = _variance(sizes, np.minimum(sums, 3 * usual * (sizes + 1)))
+        floor, share = variance(sizes, np.minimum(sums, 3 * usual * (sizes + 1)))
         self.noise = [np.sqrt(floor + (share + LEAST_NOISE**2) * y**2) for y in fitted]
 
     def covariance(self, p: Array) -> Array:
@@ -337,7 +337,7 @@ def thinned(trace: Trace) -> Trace:
     )
 
 
-def _variance(sizes: Array, misses: Array) -> tuple[float, float]:
+def variance(sizes: Array, misses: Array) -> tuple[float, float]:
     """Of a constant noise and of one that goes with the size, from what was missed (n,).
 
     Least squares of the squares, weighted by what they are expected to be, in a few rounds.

@@ -186,7 +186,7 @@ def _peak(fit: SweepFit, p: Array, names: list[str], unit: str) -> Peak:
         background=fit.background,
         falls=_falls(fit, p),
         noise=float(np.median([np.median(noise) for noise in fit.noise])),
-        misfit=_alike(left, [len(trace.frequency) for trace in fit.traces]),
+        misfit=is_alike(left, [len(trace.frequency) for trace in fit.traces]),
         traces=tuple(fit.traces),
         fitted=_fitted(fit, p, left),
         unit=unit,
@@ -213,7 +213,7 @@ def _fitted(fit: SweepFit, p: Array, left: Array) -> tuple[Array, ...]:
     )
 
 
-def _alike(left: Array, lengths: list[int]) -> bool:
+def is_alike(left: Array, lengths: list[int]) -> bool:
     """Whether neighbouring differences are more alike than those of noise."""
     total, count = 0.0, 0
     for part in np.split(np.clip(left, -4, 4), np.cumsum(lengths)[:-1]):

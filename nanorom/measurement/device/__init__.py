@@ -1,0 +1,1 @@
+"""From nonlinear sweeps of a device to the numbers of its scene and of its instruments."""
