@@ -13,9 +13,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nanorom.devices.design import design
     from nanorom.devices.study import study
     from nanorom.errors import NanoromError
     from nanorom.measurement.device.identify import identify_sweeps
+    from nanorom.results.design import Design
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.respond import respond
     from nanorom.results.response import Response
@@ -47,9 +49,11 @@ if TYPE_CHECKING:
     from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
+    "devices.design": ("design",),
     "devices.study": ("study",),
     "errors": ("NanoromError",),
     "measurement.device.identify": ("identify_sweeps",),
+    "results.design": ("Design",),
     "results.loadcurve": ("LoadCurve",),
     "results.respond": ("respond",),
     "results.response": ("Response",),
@@ -114,6 +118,7 @@ __all__ = [
     "Accuracy",
     "AddedMass",
     "Damping",
+    "Design",
     "Disc",
     "DiscRegion",
     "Drive",
@@ -151,6 +156,7 @@ __all__ = [
     "Sweep",
     "Tension",
     "Verified",
+    "design",
     "full_orbit",
     "identify_sweeps",
     "manifold",

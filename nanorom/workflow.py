@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from nanorom.errors import SceneError
 from nanorom.files import partial
@@ -21,9 +19,11 @@ from nanorom.files.whole import (
 from nanorom.launch import finite_elements, mpi_rank, watched
 from nanorom.report import summary as summary_text
 from nanorom.results.loadcurve import LoadCurve
+from nanorom.results.near import Near
 from nanorom.rom.model import ReducedModel
 from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
+from nanorom.scene.spread import spreads_of
 from nanorom.types import Progress
 
 if TYPE_CHECKING:
@@ -122,51 +122,34 @@ def sensitivity(
     of: Sequence[str] | None = None,
     by: Sequence[str] | None = None,
     progress: Progress | None = None,
+    spread: Mapping[str, Any] | None = None,
 ) -> Sensitivity:
     """Exact derivatives of what the model of a scene says, by the numbers of the scene.
 
-    ``of``: names such as f1, m1, k1, b111, b112@2, J1.pressure, P11.tension, f(f11c) and quotients
-    f2/f1, and of special points of the scene's response: LP1, the first fold by frequency at the
-    last level, PD1@2, NS1.f01 (`nanorom.results.special`); all frequencies and the b of single
-    modes if left out.  ``by``: keys such as
+    ``of``: names such as f1, m1, k1, b111, b112@2, J1.pressure, P11.tension, f(f11c), effective
+    coefficients beta1, delta1, chi12 (`nanorom.rom.quantities`), quotients f2/f1, and special
+    points of the scene's response: LP1, the first fold by frequency at the last level, PD1@2,
+    NS1.f01 (`nanorom.results.special`); all frequencies and the b of single modes if left out.
+    ``by``: keys such as
     plate.thickness or tension.x, all there are if left out.  The table has d ln(of) / d ln(by).
+    ``spread``: standard deviations of keys, "3 %" or in their unit, beside what the scene says with
+    +-; what these make of each quantity is in the table, to first order.
     Of flat plates and membranes on rigid supports.  Under MPI every rank gets the same table.
     Raises SceneError, ModelError for a name that is not there, SolverError, NanoromError if
     DOLFINx is not installed.
     """
-    from nanorom.results import special
-    from nanorom.results.sensitivity import Sensitivity
-    from nanorom.rom import quantities
+    from nanorom.results import sensitivity as results
 
     scene = Scene.of(scene)
-    points = list(filter(special.is_name, of or ()))
-    if points:
-        special.check(scene)
+    results.check(scene, of)
+    off = spreads_of(scene, spread or {})
+    keys = None if by is None else [*by, *(name for own in off.values() for name in own)]
     with finite_elements():
         from nanorom.fem.sensitivity.model import model_slopes
     with watched(progress) as told:
-        found = model_slopes(scene, by, told)
-        given = found.value, found.slope, found.label, found.number
-        named = special.derived(points, scene, *given, told) if points else {}
-    modes = range(1, len(found.label) + 1)
-    each = [f"f{n}" for n in modes] + [f"b({n},{n},{n})" for n in modes]
-    names = tuple(each if of is None else of)
-    for name in names:
-        if name not in named:
-            named[name] = special.Named(
-                *quantities.value(name, found.value, found.label),
-                tuple(
-                    quantities.slope(name, found.value, change, found.label)
-                    for change in found.slope.values()
-                ),
-            )
-    return Sensitivity(
-        of=names,
-        unit=tuple(named[name].unit for name in names),
-        value=np.array([named[name].value for name in names]),
-        by=tuple(found.slope),
-        slope=np.array([named[name].slope for name in names]).reshape(len(names), -1),
-    )
+        found = model_slopes(scene, keys if keys is None else list(dict.fromkeys(keys)), told)
+        near = Near(scene, found.value, found.slope, found.label, found.number)
+        return results.table(near, of, by, off, told)
 
 
 def full_orbit(

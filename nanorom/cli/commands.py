@@ -15,6 +15,7 @@ from nanorom.cli.given import (
     load,
     names_of,
     number,
+    pairs_of,
     progress_bar,
     scene_of,
 )
@@ -195,9 +196,9 @@ def sensitivity_command(options: argparse.Namespace) -> None:
     if options.output is not None:
         check_writable(options.output)
     of, by = (None if names is None else names_of(names) for names in (options.of, options.by))
-    scene = scene_of(options)
+    scene, spread = scene_of(options), pairs_of("--spread", options.spread)
     with progress_bar() as progress:
-        found = sensitivity(scene, of, by, progress)
+        found = sensitivity(scene, of, by, progress, spread)
     if mpi_rank() == 0:
         print(sensitivity_text(found))
         if options.output is not None:

@@ -56,12 +56,19 @@ def number(text: str | None) -> str | float | None:
 
 def columns_of(options: argparse.Namespace) -> dict[str, str]:
     """What columns of a measurement are called, by what they are."""
+    return pairs_of("--columns", options.columns, "frequency=NAME,amplitude=NAME")
+
+
+def pairs_of(
+    option: str, text: str | None, allowed: str = "plate.thickness=3%,tension=5%"
+) -> dict[str, str]:
+    """What an option says by name, NAME=VALUE between commas."""
     found = {}
-    for part in filter(None, (options.columns or "").split(",")):
-        quantity, sign, name = part.partition("=")
+    for part in filter(None, (text or "").split(",")):
+        name, sign, value = part.partition("=")
         if not sign:
-            raise FileError(f"--columns: found {part!r}; allowed: frequency=NAME,amplitude=NAME")
-        found[quantity.strip()] = name.strip()
+            raise FileError(f"{option}: found {part!r}; allowed: {allowed}")
+        found[name.strip()] = value.strip()
     return found
 
 

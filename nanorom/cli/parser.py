@@ -197,6 +197,12 @@ def _sensitivity(parser: argparse.ArgumentParser) -> None:
         "--by", metavar="KEYS", help="plate.thickness,tension.x,... (default: all that act)"
     )
     parser.add_argument(
+        "--spread",
+        metavar="DEVIATIONS",
+        help="plate.thickness=3%%,tension=5%%,...: what these make of each quantity, beside what "
+        'the scene says ("10 nm +- 3 %%")',
+    )
+    parser.add_argument(
         "-o", "--output", type=Path, metavar="TABLE", help="CSV; a picture comes beside it"
     )
     _add_overrides(parser)
@@ -363,6 +369,11 @@ COMMANDS = {
         devices.sweep_command,
         "Reduce many devices, a grid or samples of a scene's keys, into one table.",
         devices.sweep_options,
+    ),
+    "design": Command(
+        devices.design_command,
+        "Find the device that is best at something, within bounds and under conditions.",
+        devices.design_options,
     ),
     "peaks": Command(
         measured.peaks_command,

@@ -67,7 +67,7 @@ class Request:
         seconds: float = SECONDS,
     ) -> Request:
         """What keys of a study file say; raises SceneError, ModelError for a name of ``of``."""
-        document, directory = _tables(scene)
+        document, directory = tables_of(scene)
         varied = variations(vary)
         rows = (sampling or Sampling()).rows(varied)
         seconds = v.read_quantity(seconds, "1", "seconds", v.POSITIVE)
@@ -127,7 +127,7 @@ class Request:
         return digest.hexdigest()
 
 
-def _tables(scene: Scene | str | Path) -> tuple[dict[str, Any], Path]:
+def tables_of(scene: Scene | str | Path) -> tuple[dict[str, Any], Path]:
     """A scene's tables, and where its files are."""
     if isinstance(scene, Scene):
         return v.parse_toml(scene.to_toml()), Path()

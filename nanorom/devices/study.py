@@ -63,11 +63,7 @@ def carry_out(
     progress: Progress | None = None,
 ) -> Study:
     """The table of a request; parameters and errors as of `study`."""
-    if any(int(os.environ.get(name, "1")) > 1 for name in RANKS):
-        raise NanoromError("a study starts processes of its own; start it without mpirun")
-    count = cores() if processes is None else processes
-    if count < 1:
-        raise SceneError(f"processes: found {processes}; allowed: 1 or more")
+    count = workers(processes)
     if path is not None:
         check_writable(path)
     kept = Lines(path, request.key)
@@ -85,6 +81,16 @@ def carry_out(
         table.save(path)
         kept.finished()
     return table
+
+
+def workers(processes: int | None) -> int:
+    """How many processes work at once; raises SceneError, NanoromError under MPI."""
+    if any(int(os.environ.get(name, "1")) > 1 for name in RANKS):
+        raise NanoromError("this starts processes of its own; start it without mpirun")
+    count = cores() if processes is None else processes
+    if count < 1:
+        raise SceneError(f"processes: found {processes}; allowed: 1 or more")
+    return count
 
 
 def _jobs(request: Request, rows: Sequence[int]) -> Iterator[Job]:

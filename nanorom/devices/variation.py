@@ -10,8 +10,9 @@ import attrs
 import numpy as np
 from scipy.special import ndtri
 
-from nanorom.errors import SceneError
 from nanorom.scene import fields as v
+from nanorom.scene.places import look, put
+from nanorom.scene.spread import Spread
 from nanorom.scene.units import of_any_dimension, wrong
 from nanorom.types import Array
 
@@ -25,8 +26,6 @@ ALLOWED = (
     'from, or "10 nm +- 3 %"'
 )
 _QUANTITY = re.compile(r"\s*[+-]?\.?\d")
-_SPREAD = re.compile(r"(.+?)\s*(?:\+-|\+/-|±)\s*(.+)")
-_PERCENT = re.compile(r"([\d.eE+-]+)\s*%")
 
 # ways to say one thing: a key of a section takes the place of these others
 INSTEAD = {
@@ -43,35 +42,23 @@ class Variation:
     """What one key of a scene takes.
 
     unit: in SI, "" where none was given; values: of a grid, numbers in SI or whatever else a scene
-    has there; quantile: of a distribution, from a probability (n,) to numbers (n,) in SI.
+    has there; quantile: of a distribution, from a probability (n,) to numbers (n,) in SI; ends:
+    between which it is even, in SI.
     """
 
     key: str
     unit: str
     values: tuple[Any, ...] = ()
     quantile: Callable[[Array], Array] | None = None
+    ends: tuple[float, float] | None = None
 
     def put(self, document: dict[str, Any], value: Any) -> None:
         """Give the key of a scene's tables a value; raises SceneError if there is no such place."""
-        *path, name = self.key.split(".")
-        if not path:
-            raise SceneError(f"{self.key}: found no section; allowed: keys such as plate.thickness")
-        table: Any = document
-        for part in path:
-            if isinstance(table, list):
-                if not part.isdigit() or not 1 <= int(part) <= len(table):
-                    raise SceneError(f"{self.key}: found {part}; allowed: 1 to {len(table)}")
-                table = table[int(part) - 1]
-            else:
-                table = table.setdefault(part, {})
-            if not isinstance(table, (dict, list)):
-                raise SceneError(f"{self.key}: {part} has a value, not keys of its own")
-        if not isinstance(table, dict):
-            raise SceneError(f"{self.key}: {path[-1]} are several; give a number, {path[-1]}.1")
+        put(document, self.key, value, self.unit)
+        *path, _ = self.key.split(".")
+        table = look(document, ".".join(path))
         for other in INSTEAD.get(self.key, ()):
             table.pop(other, None)
-        number = isinstance(value, float) and self.unit
-        table[name] = f"{value!r} {self.unit}" if number else value  # its dimension is checked
 
 
 def variations(given: Any) -> list[Variation]:
@@ -96,12 +83,13 @@ def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]
 def _variation(key: str, given: Any) -> Variation:
     if v.is_list(given) and not isinstance(given, Mapping):
         return _grid(key, list(np.asarray(given).tolist() if hasattr(given, "dtype") else given))
-    if isinstance(given, str) and (match := _SPREAD.fullmatch(given.strip())):
-        given = {"mean": match[1], "deviation": match[2]}
+    spread = Spread.taken(given, f"vary.{key}")
+    if isinstance(given, Mapping) and set(given) == set(SPREAD):
+        spread = Spread.of(given["mean"], given["deviation"], f"vary.{key}")
+    if spread is not None:
+        return spread_of(key, spread)
     if isinstance(given, Mapping) and {"from", "to"} <= set(given) <= set(SPAN):
         return _span(key, given)
-    if isinstance(given, Mapping) and set(given) == set(SPREAD):
-        return _spread(key, given["mean"], given["deviation"])
     raise wrong(f"vary.{key}", given, ALLOWED)
 
 
@@ -141,22 +129,16 @@ def _span(key: str, given: Mapping[str, Any]) -> Variation:
         return np.asarray((1 - share) * low + share * high)
 
     if "count" not in given:
-        return Variation(key, unit, quantile=between)
+        return Variation(key, unit, quantile=between, ends=(low, high))
     count = v.read_integer(given["count"], f"vary.{key}.count", 2, MOST)
     return Variation(key, unit, tuple(between(np.linspace(0.0, 1.0, count)).tolist()))
 
 
-def _spread(key: str, mean: Any, deviation: Any) -> Variation:
-    middle, unit = of_any_dimension(mean, f"vary.{key}")
-    share = _PERCENT.fullmatch(deviation.strip()) if isinstance(deviation, str) else None
-    if share is not None:
-        wide = abs(middle) * v.read_quantity(share[1], "1", f"vary.{key}") / 100
-    else:
-        (_, wide), unit = _numbers(key, [mean, deviation])
-    if not wide > 0:
-        raise wrong(f"vary.{key}", deviation, "a deviation greater than 0")
+def spread_of(key: str, spread: Spread) -> Variation:
+    """What a key takes of a normal distribution."""
 
     def normal(share: Array) -> Array:
-        return np.asarray(middle + wide * ndtri(np.clip(share, OUTERMOST, 1 - OUTERMOST)))
+        tail = np.clip(share, OUTERMOST, 1 - OUTERMOST)
+        return np.asarray(spread.mean + spread.deviation * ndtri(tail))
 
-    return Variation(key, unit, quantile=normal)
+    return Variation(key, spread.unit, quantile=normal)

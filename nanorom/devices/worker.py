@@ -25,20 +25,36 @@ from nanorom.scene.scene import Scene
 def answer(job: dict[str, Any]) -> dict[str, Any]:
     """Values and units of the quantities of a scene, and what it warns of; or why there are none.
 
-    job: scene, its tables; directory of its files; of, names of quantities.
+    job: scene, its tables; directory of its files; of, names of quantities; slopes, whether exact
+    derivatives are wanted where there are any: by key of the scene, d value / d ln(key) of each.
     """
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always")
-            model = _reduced(Scene.from_dict(job["scene"], Path(job["directory"])))
-        found = [quantities.value(name, model, model.label) for name in job["of"]]
+            scene, of = Scene.from_dict(job["scene"], Path(job["directory"])), job["of"]
+            derived = _derived(scene, of) if job.get("slopes") else {}
+            if "values" not in derived:
+                model = _reduced(scene)
+                values, units = zip(*(quantities.value(name, model, model.label) for name in of))
+                derived |= {"values": values, "units": units}
     except NanoromError as error:
         return {"failure": str(error)}
     except Exception as error:  # one device that fails is no reason to lose the others
         return {"failure": f"unexpected {type(error).__name__}: {error}"}
     remarks = [str(each.message) for each in told if issubclass(each.category, UserWarning)]
-    values, units = zip(*found)
-    return {"values": values, "units": units, "remark": "; ".join(dict.fromkeys(remarks))}
+    return {**derived, "remark": "; ".join(dict.fromkeys(remarks))}
+
+
+def _derived(scene: Scene, of: list[str]) -> dict[str, Any]:
+    """Values, units and derivatives; or why there are no derivatives."""
+    from nanorom.workflow import sensitivity
+
+    try:
+        found = sensitivity(scene, of)
+    except NanoromError as error:  # said so where the values are wanted
+        return {"inexact": str(error)}
+    slopes = dict(zip(found.by, found.slope.T.tolist()))
+    return {"values": found.value.tolist(), "units": found.unit, "slopes": slopes}
 
 
 def _reduced(scene: Scene) -> ReducedModel:

@@ -65,6 +65,19 @@ class Worker:
             return found
         return None if piece else {"failure": self._end()}
 
+    def ask(self, asked: dict[str, Any], seconds: float) -> dict[str, Any]:
+        """The answer to one job, waited for; what takes longer is ended and answered so."""
+        self.take((0, asked))
+        assert self.process.stdout is not None
+        with selectors.DefaultSelector() as pipe:
+            pipe.register(self.process.stdout, selectors.EVENT_READ)
+            while (left := self.began + seconds - time.monotonic()) > 0:
+                found = self.listen() if pipe.select(left) else None
+                if found is not None:
+                    return found
+        self.kill()
+        return too_long(seconds)
+
     def _end(self) -> str:
         status = self.process.wait()
         if status >= 0:
@@ -140,4 +153,9 @@ def _answers(
     for worker in late:
         worker.process.kill()
         worker.process.wait()
-        yield worker, {"failure": f"took more than {seconds:g} s (seconds)"}
+        yield worker, too_long(seconds)
+
+
+def too_long(seconds: float) -> dict[str, Any]:
+    """The answer to a job that took longer."""
+    return {"failure": f"took more than {seconds:g} s (seconds)"}

@@ -39,6 +39,8 @@ AXES = {
     "t": "parts",
     "p": "keys",
     "q": "quantities",
+    "s": "searches",
+    "d": "spreads",
 }
 SYMMETRIC = "symmetric"
 POTENTIAL = "symmetric in all indices"  # a force that derives from a potential

@@ -84,6 +84,14 @@ KINDS = {
         "nanorom.report.notebook:effective_html",
         "nanorom.report.page:effective_page",
     ),
+    "nanorom-design": Kind(
+        "design.h5",
+        "nanorom.results.design:Design.load",
+        "nanorom.report.design:design_text",
+        "nanorom.plots.files:draw_design",
+        "nanorom.report.notebook:design_html",
+        "nanorom.report.page:design_page",
+    ),
     "nanorom-study": Kind(
         "study.h5",
         "nanorom.results.study:Study.load",

@@ -1,6 +1,7 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
 from nanorom.plots.comb import comb_figure
+from nanorom.plots.design import design_figure
 from nanorom.plots.device import device_figure
 from nanorom.plots.diagram import diagram_figure, motion_figure
 from nanorom.plots.effective import effective_figure
@@ -23,6 +24,7 @@ __all__ = [
     "comparison_figure",
     "device_figure",
     "diagram_figure",
+    "design_figure",
     "effective_figure",
     "linear_figure",
     "load_curve",

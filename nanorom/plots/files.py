@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nanorom.errors import FileError
+from nanorom.plots.design import design_figure
 from nanorom.plots.effective import effective_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
@@ -18,6 +19,7 @@ from nanorom.scene.units import wrong
 
 if TYPE_CHECKING:
     from nanorom.measurement.data import MeasuredResponse
+    from nanorom.results.design import Design
     from nanorom.results.effective import Effective
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.readings import Output
@@ -93,6 +95,14 @@ def draw_study(
     """A picture of the file's name: quantities against what varies."""
     _no_data(path, measured)
     study_figure(study, folder / path.with_suffix(".png").name)
+
+
+def draw_design(
+    design: Design, path: Path, folder: Path, measured: MeasuredResponse | None = None
+) -> None:
+    """A picture of the file's name: formulas against keys, and a front."""
+    _no_data(path, measured)
+    design_figure(design, folder / path.with_suffix(".png").name)
 
 
 def draw_load_curve(

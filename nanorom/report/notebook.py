@@ -11,6 +11,7 @@ from nanorom.rom.model import ReducedModel
 from nanorom.scene.units import with_unit
 
 if TYPE_CHECKING:
+    from nanorom.results.design import Design
     from nanorom.results.effective import Effective
     from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.response import Response
@@ -48,6 +49,13 @@ def load_curve_html(curve: LoadCurve) -> str:
 def effective_html(effective: Effective) -> str:
     """The coefficients and what they come from."""
     return f"<pre>{escape(effective.text())}</pre>"
+
+
+def design_html(design: Design) -> str:
+    """The best device, and where searches ended."""
+    from nanorom.report.design import design_text
+
+    return f"<pre>{escape(design_text(design))}</pre>"
 
 
 def study_html(study: Study) -> str:

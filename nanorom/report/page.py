@@ -8,11 +8,13 @@ from pathlib import Path
 from nanorom.errors import FileError
 from nanorom.files import stored
 from nanorom.report import html, sections, text
+from nanorom.report.design import design_text
 from nanorom.report.study import study_text
 from nanorom.report.viewer import data
 from nanorom.report.viewer.pack import Pack
 from nanorom.report.viewer.page import Page
 from nanorom.results.beside import model_beside
+from nanorom.results.design import Design
 from nanorom.results.effective import Effective
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.results.response import Response
@@ -85,6 +87,12 @@ def effective_page(effective: Effective, path: Path) -> Page:
     """Coefficients of one mode, and what they come from."""
     table = sections.plain("Effective coefficients", effective.text())
     return Page(_title(path), f"effective coefficients of {effective.mode}", Pack(), [table])
+
+
+def design_page(design: Design, path: Path) -> Page:
+    """The best device, its spread and its scene, and where searches ended."""
+    below = [sections.plain("Design", design_text(design)), sections.parameters(design.best)]
+    return Page(_title(path), "; ".join(design.asked), Pack(), below)
 
 
 def study_page(study: Study, path: Path) -> Page:

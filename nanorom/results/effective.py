@@ -12,7 +12,7 @@ from nanorom.continuation.system import ModalSystem
 from nanorom.errors import ModelError
 from nanorom.files import hdf5, layout, schema, stored
 from nanorom.files.schema import array, note
-from nanorom.rom.manifold.coefficients import Coefficients, coefficients, series
+from nanorom.rom.manifold.coefficients import ROUND_OFF, Coefficients, coefficients, series
 from nanorom.rom.manifold.equations import equations_of
 from nanorom.rom.manifold.reduced import Reduced, manifold
 from nanorom.rom.model import ReducedModel
@@ -21,7 +21,6 @@ from nanorom.types import Array
 
 POINTS = 41  # amplitudes of the curves
 FIT_ORDER = 15  # of the Duffing oscillator's own backbone
-ROUND_OFF = 1e-10  # of a coefficient's own size: what differences leave of a zero
 LEADING = 1e-4  # of the largest part: smaller ones are summed in the text
 MOST_ROWS = 12
 

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import attrs
 import numpy as np
 
-from nanorom.errors import ModelError
+from nanorom.errors import ModelError, SceneError
 from nanorom.files.whole import atomic_path
-from nanorom.types import Array
+from nanorom.results import special
+from nanorom.results.near import Near
+from nanorom.results.special import Named
+from nanorom.rom import quantities
+from nanorom.scene.scene import Scene
+from nanorom.scene.spread import numbers
+from nanorom.types import Array, Progress
 
 
 @attrs.frozen(eq=False, kw_only=True)
@@ -19,7 +25,8 @@ class Sensitivity:
     """Values and derivatives.
 
     of: o names of quantities; unit: of each; value: (o,) in it; by: b keys of the scene; slope:
-    (o, b), d value / d ln(key) in the unit of the value.
+    (o, b), d value / d ln(key) in the unit of the value; source: s keys that are spread; share:
+    (o, s), change of each by one standard deviation of each, in the unit of the value.
     """
 
     of: tuple[str, ...]
@@ -27,6 +34,14 @@ class Sensitivity:
     value: Array
     by: tuple[str, ...]
     slope: Array
+    source: tuple[str, ...] = ()
+    share: Array = attrs.field(factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations (o,) that independent spreads make, in units of the values."""
+        squares = np.sum(self.share**2, axis=1) if self.source else np.zeros(len(self.of))
+        return np.asarray(np.sqrt(squares))
 
     @property
     def relative(self) -> Array:
@@ -48,12 +63,83 @@ class Sensitivity:
         return float(self.relative[self.of.index(of), self.by.index(by)])
 
     def rows(self) -> Iterator[tuple[str, ...]]:
-        """Names of the columns, then a row for each quantity: value, unit, relative derivatives."""
-        yield "quantity", "value", "unit", *self.by
-        for name, value, unit, row in zip(self.of, self.value, self.unit, self.relative):
-            yield name, repr(float(value)), unit, *(repr(float(each)) for each in row)
+        """Names of the columns, then a row for each quantity: value, unit, relative derivatives.
+
+        Where there are spreads, its deviation and the share of each follow, in its unit.
+        """
+        wide = ("deviation", *(f"by {key}" for key in self.source)) if self.source else ()
+        yield "quantity", "value", "unit", *self.by, *wide
+        for n, (name, value, unit, row) in enumerate(
+            zip(self.of, self.value, self.unit, self.relative)
+        ):
+            spread = (self.deviation[n], *self.share[n]) if self.source else ()
+            yield name, repr(float(value)), unit, *(repr(float(each)) for each in (*row, *spread))
 
     def save_csv(self, path: str | Path) -> None:
         """Write the table; raises FileError."""
         with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as f:
             csv.writer(f).writerows(self.rows())
+
+
+def check(scene: Scene, of: Sequence[str] | None) -> None:
+    """Raise SceneError where names ask for special points of a scene that has none."""
+    if any(map(special.is_name, of or ())):
+        special.check(scene)
+
+
+def table(
+    near: Near,
+    of: Sequence[str] | None,
+    by: Sequence[str] | None,
+    spread: Mapping[str, Mapping[str, float]],
+    progress: Progress | None,
+) -> Sensitivity:
+    """Quantities of a scene's model by name, with their derivatives by keys.
+
+    of: all frequencies and own cubic coefficients if left out; by: all keys if left out; spread:
+    what each source moves among the numbers of the scene.  Raises SceneError, ModelError.
+    """
+    modes = range(1, len(near.label) + 1)
+    usual = [f"f{n}" for n in modes] + [f"b({n},{n},{n})" for n in modes]
+    names = tuple(usual if of is None else of)
+    named = _special([name for name in names if special.is_name(name)], near, progress)
+    for name in names:
+        if name not in named:
+            named[name] = _of_model(name, near)
+    keys = list(near.slopes)
+    slope = np.array([named[name].slope for name in names]).reshape(len(names), -1)
+    chosen = keys if by is None else list(by)
+    return Sensitivity(
+        of=names,
+        unit=tuple(named[name].unit for name in names),
+        value=np.array([named[name].value for name in names]),
+        by=tuple(chosen),
+        slope=slope[:, [keys.index(key) for key in chosen]],
+        source=tuple(spread),
+        share=slope @ _moves(near, keys, spread),
+    )
+
+
+def _special(names: list[str], near: Near, progress: Progress | None) -> dict[str, Named]:
+    return special.derived(names, near, progress) if names else {}
+
+
+def _of_model(name: str, near: Near) -> Named:
+    """A quantity: linear in arrays, or an explicit function of them."""
+    if not quantities.linear(name, near.label):
+        return Named(*near.quantity(name))
+    slopes = (
+        quantities.slope(name, near.value, change, near.label) for change in near.slopes.values()
+    )
+    return Named(*quantities.value(name, near.value, near.label), tuple(slopes))
+
+
+def _moves(near: Near, keys: list[str], spread: Mapping[str, Mapping[str, float]]) -> Array:
+    """d ln(key) (b, s) by one deviation of each source; raises SceneError."""
+    known, found = numbers(near.scene), np.zeros((len(keys), len(spread)))
+    for column, (source, moved) in zip(found.T, spread.items()):
+        for name, change in moved.items():
+            if name not in keys:
+                raise SceneError(f"spread: {source} moves {name}, which has no derivatives here")
+            column[keys.index(name)] = change / known[name]
+    return found

@@ -16,16 +16,14 @@ import numpy as np
 from nanorom.continuation import ModalSystem, PointSlope, SpecialPoint, point_slopes
 from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.errors import ModelError, SceneError
+from nanorom.results.near import Near, difference
 from nanorom.results.question import Question
 from nanorom.results.respond import respond
 from nanorom.results.response import Response
-from nanorom.rom.model import ReducedModel
 from nanorom.rom.names import index_of
-from nanorom.rom.quantities import Arrays
 from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
 
-STEP = 1e-3  # of ln(key): arrays of the equations are explicit functions of those of the model
 _NAME = re.compile(rf"({'|'.join(KINDS)})(\d+)(?:@(\d+))?(?:\.(.+))?")
 
 
@@ -86,20 +84,12 @@ def check(scene: Scene) -> None:
         )
 
 
-def derived(
-    names: Sequence[str],
-    scene: Scene,
-    value: Arrays,
-    slopes: Mapping[str, Arrays],
-    label: Sequence[str],
-    number: Sequence[int],
-    progress: Progress | None = None,
-) -> dict[str, Named]:
+def derived(names: Sequence[str], near: Near, progress: Progress | None = None) -> dict[str, Named]:
     """Special points of a scene's response by name, with their derivatives by keys of the scene.
 
-    value, slopes: arrays of the scene's model, and their derivatives by ln(key) of each key;
-    label, number: of its modes.  Raises SceneError, ModelError, ContinuationError.
+    near: the scene's model with its derivatives.  Raises SceneError, ModelError, ContinuationError.
     """
+    scene, label, model = near.scene, near.label, near.model
     check(scene)
     drive, sweep = scene.drive, scene.sweep
     assert drive is not None and sweep is not None
@@ -109,12 +99,9 @@ def derived(
             raise ModelError(f"of: found {each.whole!r}; allowed modes: {', '.join(label)}")
     question = Question(drive, sweep, scene.damping)
 
-    def model(key: str = "", change: float = 0.0) -> ReducedModel:
-        return _model(scene, value, slopes.get(key), change, label, number)
-
     response = respond(model(), drive, sweep, scene.damping, progress)
     system = question.of(model())[0]
-    by_key = [_slope_of(lambda s, key=key: question.of(model(key, s))[0]) for key in slopes]
+    by_key = [_slope_of(lambda s, key=key: question.of(model(key, s))[0]) for key in near.slopes]
     found, known = {}, dict[tuple[str, int, int], list[PointSlope]]()
     for each in read:
         point, level = each.point(response), drive.levels[each.level - 1]
@@ -135,44 +122,14 @@ def _named(name: Name, point: SpecialPoint, slopes: list[PointSlope], label: lis
     return Named(float(point.amplitude[mode]), "m", tuple(float(s.amplitude[mode]) for s in slopes))
 
 
-def _model(
-    scene: Scene,
-    value: Arrays,
-    slope: Arrays | None,
-    change: float,
-    label: Sequence[str],
-    number: Sequence[int],
-) -> ReducedModel:
-    """The model where ln(key) is larger by a change, to first order in its arrays."""
-
-    def moved(pick: Any) -> Any:
-        return pick(value) if slope is None else pick(value) + change * pick(slope)
-
-    size = len(label)
-    return ReducedModel(
-        frequency=moved(lambda a: a.frequency),
-        mass=moved(lambda a: a.mass),
-        label=tuple(label),
-        number=np.array(number),
-        damping=np.zeros((size, size)),  # that of the scene takes its place
-        stiffness=moved(lambda a: a.stiffness),
-        quadratic=np.zeros((size,) * 3),
-        cubic=moved(lambda a: a.cubic),
-        drive={name: moved(lambda a, n=name: a.drive[n]) for name in value.drive},
-        parametric={name: moved(lambda a, n=name: a.parametric[n]) for name in value.parametric},
-        scene=scene.to_toml(),
-    )
-
-
 def _slope_of(system: Any) -> dict[str, Array]:
-    """d arrays / d ln(key) of the equations: differences of fourth order of explicit functions."""
-
-    def difference(step: float) -> dict[str, Array]:
-        high, low = (_arrays(system(sign * step)) for sign in (1, -1))
-        return {name: (high[name] - low[name]) / (2 * step) for name in high}
-
-    near, far = difference(STEP), difference(2 * STEP)
-    return {name: (4 * near[name] - far[name]) / 3 for name in near}
+    """d arrays / d ln(key) of the equations: differences of explicit functions."""
+    names = tuple(_arrays(system(0.0)))
+    found = difference(lambda s: np.concatenate([a.ravel() for a in _arrays(system(s)).values()]))
+    shapes = [array.shape for array in _arrays(system(0.0)).values()]
+    ends = np.cumsum([int(np.prod(shape)) for shape in shapes])[:-1]
+    parts = np.split(found, ends)
+    return {name: part.reshape(shape) for name, part, shape in zip(names, parts, shapes)}
 
 
 def _arrays(system: ModalSystem) -> dict[str, Array]:

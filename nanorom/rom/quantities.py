@@ -1,4 +1,4 @@
-"""Quantities of a model by the names that people give them: f1, m1, k2, b111, f2/f1.
+"""Quantities of a model by the names that people give them: f1, m1, k2, b111, Q1, beta1, f2/f1.
 
 A mode is its place in the model, from 1, or its name in brackets, f(f11c).  b112 is the paper's
 coefficient of q1 q1 q2 in the equation of its first mode, b112@2 that in the equation of mode 2.
@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import attrs
 import numpy as np
 
 from nanorom.errors import ModelError
 from nanorom.rom.coefficients import Coefficients, place
+from nanorom.rom.manifold import coefficients as effective
 from nanorom.rom.names import index_of
 from nanorom.types import Array
 
-UNITS = {"f": "Hz", "m": "kg", "k": "N/m", "b": "N/m^3", "J": "N", "P": "N/m"}
-ALLOWED = "f1, m1, k1, b111, b112@2, J1.pressure, P11.tension, with names f(f11c), quotients f2/f1"
-_NAME = re.compile(r"([fmkbJP])(?:(\d+)|\(([^)]*)\))(?:@(\w+))?(?:\.(\w+))?")
+if TYPE_CHECKING:
+    from nanorom.rom.model import ReducedModel
 
 
 class Arrays(Protocol):
@@ -41,12 +41,77 @@ class Arrays(Protocol):
 
 
 @attrs.frozen
+class Kind:
+    """What a letter stands for: its unit, how many modes it names, and what it is.
+
+    array: it is an entry of an array, in which it is linear; else it follows from a whole model.
+    """
+
+    unit: str
+    modes: int
+    read: Callable[..., float]
+    array: bool = True
+    example: str = ""
+
+
+@attrs.frozen
 class Quantity:
-    """A number that arrays have, linear in them: its name, its unit, and how it is read off."""
+    """A number of a model: its name, its unit, and how it is read off.
+
+    linear: in the arrays, so that derivatives of these give its own.
+    """
 
     name: str
     unit: str
-    of: Callable[[Arrays], float]
+    linear: bool
+    of: Callable[[Any], float]
+
+
+def quality_factor(model: ReducedModel, mode: int) -> float:
+    """omega m / c of a mode by its place from 0; raises ModelError without damping."""
+    damping = float(model.damping[mode, mode])
+    if not damping > 0:
+        raise ModelError("Q: the model has no damping; give damping.quality_factor, or losses")
+    return 2 * np.pi * float(model.frequency[mode] * model.mass[mode]) / damping
+
+
+def onset(model: ReducedModel, mode: int) -> float:
+    """Amplitude in m at which bistability begins: a^2 = 8 k/(3 sqrt(3) Q |beta|).
+
+    Of the Duffing oscillator with the effective coefficient; Postma et al. 2005,
+    doi:10.1063/1.1929098.
+    """
+    k = float(model.mass[mode]) * (2 * np.pi * float(model.frequency[mode])) ** 2
+    cubic = abs(effective.oscillator(model, mode).cubic)
+    square = 8 * k / (3 * np.sqrt(3) * quality_factor(model, mode) * cubic) if cubic else np.inf
+    return float(np.sqrt(square))
+
+
+def _shift(model: ReducedModel, mode: int, other: int) -> float:
+    return effective.shift(model, mode, other) / (2 * np.pi)
+
+
+KINDS = {
+    "f": Kind("Hz", 1, lambda a, r: float(a.frequency[r])),
+    "m": Kind("kg", 1, lambda a, r: float(a.mass[r])),
+    "k": Kind("N/m", 1, lambda a, r: float(a.stiffness[r, r])),
+    "b": Kind("N/m^3", 3, lambda a, *_: np.nan, example="b111, b112@2"),  # of an equation, below
+    "J": Kind("N", 1, lambda a, r: float(a[r]), example="J1.pressure"),
+    "P": Kind("N/m", 2, lambda a, r, s: float(a[r, s]), example="P11.tension"),
+    "Q": Kind("1", 1, quality_factor, array=False),
+    "beta": Kind("N/m^3", 1, lambda a, r: effective.oscillator(a, r).cubic, array=False),
+    "delta": Kind("N/m^5", 1, lambda a, r: effective.oscillator(a, r).quintic, array=False),
+    "eta": Kind("N s/m^3", 1, lambda a, r: effective.oscillator(a, r).damping, array=False),
+    "chi": Kind("Hz/m^2", 2, _shift, array=False, example="chi12"),
+    "onset": Kind("m", 1, onset, array=False),
+}
+PATTERNS = {"J": "drive", "P": "parametric"}
+_EXAMPLES = ", ".join(kind.example or f"{name}1" for name, kind in KINDS.items())
+ALLOWED = f"{_EXAMPLES}, with names f(f11c), quotients f2/f1"
+_INSIDE = r"(?:[^()]|\([^()]*\))*"  # names of modes may have brackets of their own, f((1,1))
+NAME = rf"({'|'.join(KINDS)})(?:(\d+)|\(({_INSIDE})\))(?:@(\w+))?(?:\.(\w+))?"
+_NAME = re.compile(NAME)
+_COMMA = re.compile(r",(?![^()]*\))")
 
 
 def quantities(name: str, labels: Sequence[str]) -> tuple[Quantity, ...]:
@@ -54,21 +119,35 @@ def quantities(name: str, labels: Sequence[str]) -> tuple[Quantity, ...]:
     return tuple(_quantity(part.strip(), labels, name) for part in name.split("/", 1))
 
 
-def value(name: str, arrays: Arrays, labels: Sequence[str]) -> tuple[float, str]:
+def value(name: str, model: Arrays, labels: Sequence[str]) -> tuple[float, str]:
     """Of a name, in its unit, or that of a quotient, and the unit; raises ModelError."""
     first, *second = quantities(name, labels)
     if not second:
-        return first.of(arrays), first.unit
-    return first.of(arrays) / second[0].of(arrays), quotient(first.unit, second[0].unit)
+        return first.of(model), first.unit
+    return first.of(model) / second[0].of(model), quotient(first.unit, second[0].unit)
 
 
 def slope(name: str, arrays: Arrays, change: Arrays, labels: Sequence[str]) -> float:
-    """Change of a named quantity with that of the arrays, in its unit; raises ModelError."""
+    """Change of a quantity that is linear, with that of the arrays, in its unit; or of a quotient.
+
+    Raises ModelError.
+    """
     first, *second = quantities(name, labels)
     if not second:
         return first.of(change)
     lower = second[0].of(arrays)
     return first.of(change) / lower - first.of(arrays) / lower**2 * second[0].of(change)
+
+
+def unit_of(name: str) -> str:
+    """Unit of a name that is that of a single quantity, "" of another text."""
+    match = _NAME.fullmatch(name)
+    return "" if match is None else KINDS[match[1]].unit
+
+
+def linear(name: str, labels: Sequence[str]) -> bool:
+    """Whether a quantity, or both of a quotient, are entries of arrays; raises ModelError."""
+    return all(quantity.linear for quantity in quantities(name, labels))
 
 
 def quotient(first: str, second: str) -> str:
@@ -80,29 +159,31 @@ def _quantity(name: str, labels: Sequence[str], whole: str) -> Quantity:
     match = _NAME.fullmatch(name)
     if match is None:
         raise ModelError(f"of: found {whole!r}; allowed: {ALLOWED}")
-    kind, digits, names, equation, pattern = match.groups()
-    count = {"b": 3, "P": 2}.get(kind, 1)
-    parts: list[str] = names.split(",") if names else [digits] if count == 1 else list(digits)
-    if names and count == 1:
-        parts = [names]  # its comma may be a part of it: f0,1
-    if len(parts) != count or (equation and kind != "b") or bool(pattern) != (kind in "JP"):
+    letter, digits, names, equation, pattern = match.groups()
+    kind = KINDS[letter]
+    parts: list[str] = [digits] if digits and kind.modes == 1 else list(digits or "")
+    if names is not None:
+        split = kind.modes > 1  # a comma may be a part of a single name: f0,1
+        parts = [part.strip() for part in _COMMA.split(names)] if split else [names]
+    aimed = letter in PATTERNS
+    if len(parts) != kind.modes or (equation and letter != "b") or bool(pattern) != aimed:
         raise ModelError(f"of: found {whole!r}; allowed: {ALLOWED}")
     modes = [_place(labels, part, whole) for part in parts]
-    if kind == "b":
+    if letter == "b":
         own = modes[0] if equation is None else _place(labels, equation, whole)
         indices = tuple(sorted(modes))
         return Quantity(
-            name, UNITS[kind], lambda a: Coefficients(a.cubic[own - 1], labels)[indices]
+            name, kind.unit, True, lambda a: Coefficients(a.cubic[own - 1], labels)[indices]
         )
     at = tuple(mode - 1 for mode in modes)
-    readers: dict[str, Callable[[Arrays], Array]] = {
-        "f": lambda a: a.frequency,
-        "m": lambda a: a.mass,
-        "k": lambda a: np.diag(a.stiffness),
-        "J": lambda a: _pattern(a.drive, pattern, whole),
-        "P": lambda a: _pattern(a.parametric, pattern, whole),
-    }
-    return Quantity(name, UNITS[kind], lambda a: float(readers[kind](a)[at]))
+    if aimed:
+        return Quantity(
+            name,
+            kind.unit,
+            True,
+            lambda a: kind.read(_pattern(getattr(a, PATTERNS[letter]), pattern, whole), *at),
+        )
+    return Quantity(name, kind.unit, kind.array, lambda a: kind.read(a, *at))
 
 
 def _place(labels: Sequence[str], part: str, whole: str) -> int:

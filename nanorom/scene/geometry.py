@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -66,6 +67,16 @@ class String(Rectangle):
             )
 
 
+_DEFINED = re.compile(r'Name\s+"Parameters/(\w+)"')
+
+
+def _parameters(value: Any) -> dict[str, float]:
+    key = "geometry.parameters"
+    if not isinstance(value, Mapping):
+        raise units.wrong(key, value, "a table of numbers by name, such as { width = 0.1 }")
+    return {str(name): units.to_si(x, "1", f"{key}.{name}") for name, x in value.items()}
+
+
 def _mesh_path(value: Any) -> Path:
     key = "geometry.file"
     if not isinstance(value, (str, Path)) or str(value) == "":
@@ -80,7 +91,8 @@ def _mesh_path(value: Any) -> Path:
 class MeshFile:
     """Film meshed by gmsh; its boundaries are the physical curves of the file.
 
-    scale: the file's unit of length in m.
+    scale: the file's unit of length in m; parameters: numbers of a .geo by name, in place of those
+    that it defines as "Parameters/NAME".
     """
 
     shape: ClassVar[str] = "mesh"
@@ -99,10 +111,31 @@ class MeshFile:
         converter=v.as_quantity,
         metadata=v.quantity("geometry.scale", "m", about="the file's unit of length"),
     )
+    parameters: Mapping[str, float] | None = attrs.field(
+        default=None,
+        metadata=v.custom(
+            "geometry.parameters",
+            _parameters,
+            allowed="a table of numbers",
+            about="of a .geo by name, in place of those that it defines, in its unit of length",
+        ),
+    )
 
     def __attrs_post_init__(self) -> None:
         if not self.file.is_file():
             raise SceneError(f"geometry.file: found '{self.file}'; there is no such file")
+        if self.parameters:
+            self._check_parameters(self.parameters)
+
+    def _check_parameters(self, given: Mapping[str, float]) -> None:
+        """Raise SceneError for a parameter that the file does not define."""
+        text = self.file.read_text("utf-8", "replace") if self.file.suffix == ".geo" else ""
+        known = list(dict.fromkeys(_DEFINED.findall(text)))
+        for name in given:
+            if name not in known:
+                allowed = ", ".join(known) or "none in this file"
+                hint = v.did_you_mean(name, known)
+                raise SceneError(f"geometry.parameters.{name}: unknown{hint}; allowed: {allowed}")
 
 
 Geometry = Disc | Rectangle | String | MeshFile

@@ -17,6 +17,7 @@ Values with units are strings; plain numbers are in SI. Every attribute is a pla
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,7 @@ from nanorom.scene.pads import Bare, read_regions
 from nanorom.scene.region import Region
 from nanorom.scene.request import MOST_MODES, Accuracy, Modes, Reduction
 from nanorom.scene.rules import check_film, check_source
+from nanorom.scene.spread import Spreads, resolved, taken
 from nanorom.scene.support import (
     STRING_ENDS,
     Edge,
@@ -150,6 +152,7 @@ class Scene(metaclass=_Loaded):
     drive: Drive | None = attrs.field(default=None, metadata=_section("drive", Drive))
     sweep: Sweep | None = attrs.field(default=None, metadata=_section("sweep", Sweep))
     readout: Instrument | None = attrs.field(default=None, metadata=_section("readout", Instrument))
+    spread: Spreads | None = attrs.field(default=None, metadata=_section("spread", Spreads))
 
     @support.default
     def _usual_support(self) -> Support:
@@ -259,6 +262,18 @@ class Scene(metaclass=_Loaded):
     @classmethod
     def from_dict(cls, document: Mapping[str, Any], directory: str | Path = ".") -> Scene:
         """Read a scene from nested dictionaries as TOML gives them; raises SceneError."""
+        plain, spreads = taken(document)
+        scene = cls._of_means(plain, directory)
+        if not spreads:
+            return scene
+        if scene.spread is not None:
+            raise SceneError("spread: found beside quantities with +-; allowed: one of the two")
+        read = partial(cls._of_means, directory=directory)
+        return attrs.evolve(scene, spread=resolved(plain, spreads, read))
+
+    @classmethod
+    def _of_means(cls, document: Mapping[str, Any], directory: str | Path) -> Scene:
+        """Of tables that have means alone."""
         stack, document = Stack.taken(document)
         keys = {f.metadata.get(v.TABLES, f.name): f for f in attrs.fields(cls)}
         for name, table in document.items():
@@ -363,4 +378,5 @@ _CLASSES: dict[str, Any] = {
     "drive": Drive,
     "sweep": Sweep,
     "readout": Instrument,
+    "spread": Spreads,
 }

@@ -21,6 +21,7 @@ from nanorom.scene.outlines import REGIONS
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.region import Region
 from nanorom.scene.request import Accuracy, Modes, Reduction
+from nanorom.scene.spread import Spreads
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
 
@@ -47,6 +48,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "drive, harmonics": Harmonic,
     "sweep": Sweep,
     "readout": Instrument,
+    "spread": Spreads,
 }
 TABLE = re.compile(r"(<!-- (keys of ([\w, ]+)|patterns) -->\n).*?(<!-- end -->)", re.DOTALL)
 

@@ -99,7 +99,7 @@ def _file(
     if tolerance is not None and scene.accuracy.tolerance is not None:
         finer = (tolerance / scene.accuracy.tolerance) ** (1 / _rate(scene))
     corners = _corners(scene, length, tolerance)
-    source = GmshFile(geometry.file, size_factor=finer)
+    source = GmshFile(geometry.file, geometry.parameters or {}, size_factor=finer)
     return Discretisation(source, degree, degree, corners=corners)
 
 

@@ -25,6 +25,7 @@ from nanorom.types import Array, Numbers
 
 SERIES_ORDER = 5  # of the manifold: as far as the quintic coefficient needs
 KERR_ORDER = 3
+ROUND_OFF = 1e-10  # of a coefficient's own size: what differences leave of a zero
 DISPERSIVE = 0.02  # of the first mode's frequency: nearer to a resonance, modes exchange energy
 
 
@@ -140,6 +141,40 @@ class Coefficients:
     dispersive: Array
 
 
+def oscillator(model: Any, place: int) -> Oscillator:
+    """The oscillator of the mode of a ReducedModel at a place from 0, without what is round-off.
+
+    Raises the errors of `coefficients`.
+    """
+    equations, places, _ = equations_of(model, [int(model.number[place])], None, None)
+    mass = float(model.mass[place])
+    found = Oscillator.of(equations, int(places[0]), int(places[0]), mass)
+    k, c = (
+        mass * (2 * np.pi * float(model.frequency[place])) ** 2,
+        float(model.damping[place, place]),
+    )
+    sizes = {"quintic": found.cubic**2 / k, "damping": c * found.cubic / k}
+    small = {n: 0.0 for n, size in sizes.items() if abs(getattr(found, n)) < ROUND_OFF * abs(size)}
+    return attrs.evolve(found, **small)
+
+
+def shift(model: Any, place: int, other: int) -> float:
+    """Change of a mode's frequency in rad/s by the squared amplitude in m^2 of another one.
+
+    Of modes of a ReducedModel at places from 0, `other` the one whose frequency it is: at one and
+    the same place the curvature of its backbone.  Raises the errors of `coefficients`, and
+    ModelError where a third mode is in resonance with the two.
+    """
+    equations, places, _ = equations_of(model, [int(model.number[place])], None, None)
+    if place == other:
+        cubic = oscillator(model, place).cubic
+        return (
+            3 / 8 * cubic / (float(model.mass[place]) * 2 * np.pi * float(model.frequency[place]))
+        )
+    units = equations.frequency / equations.amplitude**2
+    return _cross_shift(equations.undamped(), int(places[0]), other, units)
+
+
 def coefficients(model: Any, mode: int | str) -> Coefficients:
     """The effective coefficients of a mode of a ReducedModel, by number or label.
 
@@ -200,16 +235,21 @@ def _kerr(equations: Equations, place: int, total: Oscillator, mass: float) -> t
     dispersive = np.ones(undamped.size, dtype=bool)
     kerr[place] = 3 / 8 * total.cubic / (mass * rates[place] * equations.frequency)
     for other in np.setdiff1d(np.arange(undamped.size), [place]):
-        masters: Index = np.array([place, other])
         try:
-            found = expand(undamped, masters, KERR_ORDER, "normal")
+            kerr[other] = _cross_shift(undamped, place, int(other), units)
         except ModelError:
             dispersive[other] = False  # a third mode is in resonance with the two
             continue
-        shift: Numbers = found.dynamics[found.monomials.place((1, 1, 1, 0)), 1]
-        kerr[other] = float(shift.imag) * units
         dispersive[other] = _apart(rates[place], rates[other])
     return kerr, dispersive
+
+
+def _cross_shift(undamped: Equations, place: int, other: int, units: float) -> float:
+    """Shift of another mode's frequency by the squared amplitude of one; raises ModelError."""
+    masters: Index = np.array([place, other])
+    found = expand(undamped, masters, KERR_ORDER, "normal")
+    moved: Numbers = found.dynamics[found.monomials.place((1, 1, 1, 0)), 1]
+    return float(moved.imag) * units
 
 
 def _apart(first: float, other: float) -> bool:

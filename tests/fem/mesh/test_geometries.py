@@ -6,7 +6,8 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from nanorom.errors import MeshError
+import nanorom
+from nanorom.errors import MeshError, SceneError
 from nanorom.fem.mesh import gmsh, mesh
 
 CURVED = 1e-9  # of areas bounded by circles, on cells of order 8
@@ -65,6 +66,28 @@ def test_file_without_a_surface_is_refused_by_name(tmp_path, name):
     file.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" if name.endswith("msh") else "")
     with pytest.raises(MeshError, match=f"{name}: no surface"):
         mesh.build(MPI.COMM_WORLD, gmsh.GmshFile(file))
+
+
+def test_parameters_of_a_geometry_file_are_keys_of_the_scene():
+    """A membrane's frequency goes with (1/a^2 + 1/b^2)^1/2 of its sides."""
+
+    def scene(**parameters):
+        return nanorom.Scene(
+            geometry=nanorom.MeshFile(gmsh.MESHES / "rectangle.geo", 1e-5, parameters),
+            plate=nanorom.Plate("10 nm", model="membrane"),
+            material=nanorom.Material("250 GPa", 0.23, 3100),
+            tension=nanorom.Tension(0.5),
+            modes=nanorom.Modes(1),
+            accuracy=nanorom.Accuracy(tolerance=1e-3),
+        )
+
+    with pytest.raises(SceneError, match=r"geometry.parameters.lenght: unknown"):
+        scene(lenght=2.0)
+    one = scene(length=1.0, width=1.0)
+    assert nanorom.Scene.from_toml(one.to_toml()) == one
+    f = [nanorom.reduce(each).frequency[0] for each in (one, scene(length=2.0, width=1.0))]
+    exact = [np.hypot(1, 1), np.hypot(1, 0.5)]
+    assert f[1] / f[0] == pytest.approx(exact[1] / exact[0], rel=2e-3)
 
 
 def test_last_line_that_gmsh_would_leave_out_is_told(tmp_path):
