@@ -251,13 +251,11 @@ class Tracer:
         balance = series.balance
         start, rate = series.at(0.0)
         scale = max(float(np.abs(start).max(initial=0.0)), REST)
-        length = series.length
         # a straight (linear) branch has an infinite radius; multipliers still want points on the
-        # way
-        drift = abs(rates[1]) * length / rate
-        if drift > LARGEST_DRIFT or not np.isfinite(length):
+        # way, and along free orbits of one frequency the rate stays
+        length = min(series.length, LARGEST_STEP * max(scale, rate))
+        if abs(rates[1]) * length > LARGEST_DRIFT * rate:
             length = LARGEST_DRIFT * rate / abs(rates[1])
-        length = min(length, LARGEST_STEP * max(scale, rate))
         # on a coarse grid, so that round-off (other units, say) does not move the points
         length = float(2.0 ** (np.floor(PER_OCTAVE * np.log2(length)) / PER_OCTAVE))
         for _ in range(SHORTENINGS):

@@ -37,6 +37,7 @@ TRIES = 4  # amplitudes spread over a stretch of a backbone from which orbits ar
 LARGEST = 1.5  # of the stiffness, that the forced response may add
 WITHIN = 1e-3  # of a range
 PASSED = 1.05  # linear frequency by the low end of a range: its resonance begins there
+HIGHEST = 1e6  # units of amplitude, where a mode alone is linear and its frequency never changes
 LITTLE = 1e-14  # loss of a motion, by its energy, that is none
 
 
@@ -79,7 +80,7 @@ def stretches(
             down = low + inner if frequency > low + inner else frequency / FARTHEST
             limits = down, max(high - inner, 1.001 * frequency)
             settings = Settings(tolerance=TOLERANCE, steps=STEPS)
-            orbits = free_orbits(free, (frequency, shape), limits, settings)
+            orbits = free_orbits(free, (frequency, shape), limits, settings, HIGHEST)
             yield from _supported(system, orbits, order, omega, response)
 
 

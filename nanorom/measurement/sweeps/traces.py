@@ -95,8 +95,9 @@ def windows(traces: list[Trace]) -> list[tuple[float, float, float]]:
         noise.append(np.interp(places, trace.frequency[order], local))
         own = np.interp(places, trace.frequency[order], logarithm, left=np.nan, right=np.nan)
         rows.append(own - np.median(logarithm))
-    mean = np.nanmean(rows, axis=0)
-    mean[np.isnan(mean)] = np.nanmin(mean)
+    seen = np.isfinite(rows)  # nothing where no trace is: between ranges that were swept
+    mean = np.where(seen, rows, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+    mean[~seen.any(axis=0)] = mean[seen.any(axis=0)].min()
     mean = medfilt(np.pad(mean, SMOOTH, mode="edge"), SMOOTH)[SMOOTH:-SMOOTH]
     spread = PROMINENT * GAUSSIAN / np.sqrt(2 * len(traces)) * np.mean(noise, axis=0)
     padded = np.concatenate([[mean.min() - 1], mean, [mean.min() - 1]])  # a peak may be at an end

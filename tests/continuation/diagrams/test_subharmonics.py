@@ -9,6 +9,8 @@ from nanorom.continuation import Diagram, ModalSystem, explore
 SEEN = 0.02  # relative: amplitudes between two points of a branch
 RETURNED = 1e-7  # of a motion: change over its period, when it has settled
 FIRST_ORDER = 0.02  # relative, of Melnikov's threshold at small damping
+PUBLISHED_NS = [0.987743, 1.009667]  # of SSMTool's example of this system, by its shooting
+PRINTED = 1e-6
 
 
 def duffing(damping: float) -> ModalSystem:
@@ -126,3 +128,15 @@ def test_the_upper_branch_of_a_resonance_far_below_the_range_is_found() -> None:
     stable = [branch for branch in upper if branch.stable.any()]
     assert len(stable) == 1
     assert stable[0].stable.all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_mode_that_alone_is_linear_is_looked_at_without_a_warning():
+    """x1'' + x1 + x1 x2, x2'' + 4 x2 + x1^2: alone, x2 has one frequency at all amplitudes."""
+    quadratic = np.zeros((2, 2, 2))
+    quadratic[0, 0, 1] = quadratic[0, 1, 0] = quadratic[1, 0, 0] = np.sqrt(0.5)
+    system = ModalSystem(
+        damping=[0.005, 0.01], stiffness=[1.0, 4.0], quadratic=quadratic, direct=[1.0, 0.0]
+    )
+    found = [point.omega for point in explore(system, (0.9, 1.1), 0.01).points("NS")]
+    assert sorted(found) == pytest.approx(PUBLISHED_NS, rel=PRINTED)
