@@ -239,7 +239,7 @@ def test_a_strings_duffing_coefficient_is_tuned_through_its_support(monkeypatch)
     wanted = string_coefficient(3e4)
     vary = {"support.edge.left.spring": {"from": "1e4 N/m^2", "to": "1e5 N/m^2", "spacing": "log"}}
     found = nanorom.design(
-        nanorom.Scene.from_toml(STRING), vary, conditions=f"b111 = {wanted!r}", starts=1,
+        nanorom.Scene.from_toml(STRING), vary, conditions=f"b111 = {float(wanted)!r}", starts=1,
         processes=1,
     )  # fmt: skip
     assert found["support.edge.left.spring"] == pytest.approx(3e4, rel=BENDING)
