@@ -9,7 +9,7 @@ from nanorom.continuation import Diagram, ModalSystem, explore
 SEEN = 0.02  # relative: amplitudes between two points of a branch
 RETURNED = 1e-7  # of a motion: change over its period, when it has settled
 FIRST_ORDER = 0.02  # relative, of Melnikov's threshold at small damping
-PUBLISHED_NS = [0.987743, 1.009667]  # of SSMTool's example of this system, by its shooting
+PUBLISHED_NS = [0.987743, 1.009667]  # an example of SSMTool, as in tests/benchmarks/manifolds.py
 PRINTED = 1e-6
 
 

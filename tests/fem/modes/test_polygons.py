@@ -4,8 +4,9 @@ A membrane whose tension is A A^T is, in the coordinates of A, one of equal tens
 parallelograms and triangles have the frequencies of the square and of the equilateral triangle
 (k^2 = (4 pi/3)^2 (m^2 + m n + n^2) on sides of 1; Lame, see McCartin 2003,
 doi:10.1137/S003614450238720).  A simply supported plate on a convex polygon has the squares of the
-membrane's wave numbers.  The L-shaped membrane's are those of Betcke and Trefethen 2005,
-doi:10.1137/S0036144503437336.
+membrane's wave numbers.  The first eigenvalue of the L-shaped membrane is that of Betcke and
+Trefethen 2005, doi:10.1137/S0036144503437336, the third is 2 pi^2; their method of particular
+solutions, with 40 functions, gives all three to 1e-8.
 """
 
 import warnings
