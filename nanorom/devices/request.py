@@ -5,7 +5,8 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -46,16 +47,9 @@ class Request:
     @classmethod
     def read(cls, scene: Scene | str | Path, path: str | Path) -> Request:
         """Of a scene and a study file (TOML); raises SceneError, the file's name in front."""
-        given: dict[str, Any] = v.parse_toml(v.read_text(Path(path)))
-        try:
-            for key in given:
-                if key not in KEYS:
-                    hint = v.did_you_mean(key, KEYS)
-                    raise SceneError(f"{key}: unknown key{hint}; allowed: {', '.join(KEYS)}")
+        with table_at(path, KEYS) as given:
             sampling = Sampling(**{key: given.pop(key) for key in DRAWN if key in given})
             return cls.of_table(scene, given.pop("vary", {}), sampling=sampling, **given)
-        except NanoromError as error:
-            raise SceneError(f"{path}: {error}") from None
 
     @classmethod
     def of_table(
@@ -125,6 +119,23 @@ class Request:
         for file in [*files, *filter(None, [scene.plate.initial_shape])]:
             digest.update(file.read_bytes() if file.is_file() else b"")
         return digest.hexdigest()
+
+
+@contextmanager
+def table_at(path: str | Path, keys: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """The table of a file (TOML) of known keys; SceneError for what is wrong with it begins with
+    the file's name.
+    """
+    text = v.read_text(Path(path))
+    try:
+        given: dict[str, Any] = v.parse_toml(text)
+        for key in given:
+            if key not in keys:
+                hint = v.did_you_mean(key, keys)
+                raise SceneError(f"{key}: unknown key{hint}; allowed: {', '.join(keys)}")
+        yield given
+    except NanoromError as error:
+        raise SceneError(f"{path}: {error}") from None
 
 
 def tables_of(scene: Scene | str | Path) -> tuple[dict[str, Any], Path]:

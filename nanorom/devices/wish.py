@@ -14,9 +14,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from nanorom.devices.expression import Condition, Expression
-from nanorom.devices.request import SECONDS, tables_of
+from nanorom.devices.request import SECONDS, table_at, tables_of
 from nanorom.devices.variation import Variation, variations
-from nanorom.errors import NanoromError, SceneError
+from nanorom.errors import SceneError
 from nanorom.rom import quantities
 from nanorom.scene import fields as v
 from nanorom.scene.geometry import MeshFile
@@ -91,15 +91,8 @@ class Wish:
     @classmethod
     def read(cls, scene: Scene | str | Path, path: str | Path) -> Wish:
         """Of a scene and a design file (TOML); raises SceneError, the file's name in front."""
-        given: dict[str, Any] = v.parse_toml(v.read_text(Path(path)))
-        try:
-            for key in given:
-                if key not in KEYS:
-                    hint = v.did_you_mean(key, KEYS)
-                    raise SceneError(f"{key}: unknown key{hint}; allowed: {', '.join(KEYS)}")
+        with table_at(path, KEYS) as given:
             return cls.of_table(scene, given)
-        except NanoromError as error:
-            raise SceneError(f"{path}: {error}") from None
 
     @classmethod
     def of_table(cls, scene: Scene | str | Path, given: Mapping[str, Any]) -> Wish:

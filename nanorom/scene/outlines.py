@@ -11,7 +11,7 @@ import numpy as np
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
-from nanorom.scene.region import Region
+from nanorom.scene.region import DrawnRegion, Region
 from nanorom.types import Array
 
 ON_CIRCLE = 256  # points that stand for a circle where regions are compared
@@ -34,7 +34,7 @@ def _length(key: str, about: str, **default: Any) -> Any:
 
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
-class DiscRegion(Region):
+class DiscRegion(DrawnRegion):
     """A disc of a radius about a position, in m.
 
     The film there, as of `Region`: thickness in m, youngs_modulus in
@@ -115,7 +115,7 @@ class RingRegion(DiscRegion):
 
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
-class RectangleRegion(Region):
+class RectangleRegion(DrawnRegion):
     """A rectangle about a position, its sides along x and y, in m.
 
     length along x, width along y. The film there, as of `Region`: thickness in m, youngs_modulus in
@@ -167,7 +167,7 @@ def _corners(value: Any) -> tuple[tuple[float, float], ...]:
 
 
 @attrs.frozen(kw_only=True, field_transformer=v.readers)
-class PolygonRegion(Region):
+class PolygonRegion(DrawnRegion):
     """Within straight sides between corners, in their order, in m.
 
     points : the corners (n, 2). The film there, as of `Region`: thickness in m, youngs_modulus in

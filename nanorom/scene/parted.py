@@ -10,8 +10,7 @@ import numpy as np
 
 from nanorom.errors import SceneError
 from nanorom.scene.geometry import MeshFile
-from nanorom.scene.outlines import SurfaceRegion
-from nanorom.scene.region import Region
+from nanorom.scene.region import DrawnRegion, Region
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -62,8 +61,7 @@ def _check_one(scene: Scene, region: Region, number: int) -> None:
             f"region: found number {number}, a {region.shape} that says nothing of its film; "
             f"allowed: any of {', '.join(FILM)}"
         )
-    surface = isinstance(region, SurfaceRegion)
-    if surface and not isinstance(geometry, MeshFile):
+    if not isinstance(region, DrawnRegion) and not isinstance(geometry, MeshFile):
         raise SceneError(
             f"region.surface: found on a {geometry.shape}; allowed: of a mesh file, else a shape"
         )
@@ -78,7 +76,7 @@ def _check_one(scene: Scene, region: Region, number: int) -> None:
                 f"region.tension: found {x:g}, {y:g} and {xy:g} N/m; allowed: greater than 0 in "
                 f"every direction for a {scene.plate.model}"
             )
-    if isinstance(geometry, MeshFile):
+    if isinstance(geometry, MeshFile) or not isinstance(region, DrawnRegion):
         return
     off = [tuple(p) for p in region.outline() if not geometry.holds(_drawn_in(p))]
     if off:
@@ -97,15 +95,15 @@ def _drawn_in(point: Array) -> tuple[float, float]:
 
 def _outline(scene: Scene, region: Region) -> Array:
     """Outline (n, 2) of a region; of one that a file has, the film's unit of length."""
-    if isinstance(region, SurfaceRegion):
-        scale = scene.geometry.scale if isinstance(scene.geometry, MeshFile) else 1.0
-        return np.array([[0.0, 0.0], [scale, scale]])
-    return region.outline()
+    if isinstance(region, DrawnRegion):
+        return region.outline()
+    scale = scene.geometry.scale if isinstance(scene.geometry, MeshFile) else 1.0
+    return np.array([[0.0, 0.0], [scale, scale]])
 
 
 def _overlap(first: Region, second: Region, close: float) -> bool:
     """Whether two regions have an area in common, as far as points on their outlines tell."""
-    if isinstance(first, SurfaceRegion) or isinstance(second, SurfaceRegion):
+    if not (isinstance(first, DrawnRegion) and isinstance(second, DrawnRegion)):
         return False  # the mesh tells
     for one, other in ((first, second), (second, first)):
         outline = one.outline()
@@ -118,7 +116,7 @@ def _overlap(first: Region, second: Region, close: float) -> bool:
     return False
 
 
-def _inwards(region: Region, outline: Array, step: float) -> Array:
+def _inwards(region: DrawnRegion, outline: Array, step: float) -> Array:
     """Unit vectors (n, 2) from an outline into its region, zero where none of eight is."""
     found = np.zeros_like(outline)
     for angle in np.pi / 4 * np.arange(8):

@@ -6,6 +6,7 @@ film's.  Layers added to the film there, or taken from it, are one way to say so
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import attrs
@@ -95,18 +96,15 @@ class Region:
         ),
     )
 
-    def depth(self, points: Array) -> Array:
-        """Distance-like numbers (n,) of points (n, 2): positive in it, negative outside, in m."""
-        raise NotImplementedError
-
-    def outline(self) -> Array:
-        """Points (n, 2) in m on its edges, its corners among them; none where a file has it."""
-        raise NotImplementedError
-
     @property
     def area(self) -> float | None:
         """In m^2; None where a file has it."""
         return None
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Of its circles, in m."""
+        return ()
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
@@ -145,6 +143,19 @@ class Region:
             return share * np.array([film.x, film.y, film.xy])
         x, y, xy = (*self.tension, *(self.tension[0], 0.0)[len(self.tension) - 1 :])
         return np.array([x, y, xy])
+
+
+@attrs.frozen(kw_only=True, field_transformer=v.readers)
+class DrawnRegion(Region, ABC):
+    """A region whose outline the scene has, not the mesh file."""
+
+    @abstractmethod
+    def depth(self, points: Array) -> Array:
+        """Distance-like numbers (n,) of points (n, 2): positive in it, negative outside, in m."""
+
+    @abstractmethod
+    def outline(self) -> Array:
+        """Points (n, 2) in m on its edges, its corners among them."""
 
 
 @attrs.frozen(eq=False)

@@ -19,6 +19,7 @@ import numpy as np
 import nanorom
 from nanorom.continuation import ModalSystem
 from nanorom.scene.excitation import Damping
+from tests.benchmarks.intervals import table
 from tests.measurement.device import test_device as one
 from tests.measurement.device.truth import noisy, sweeps
 
@@ -94,17 +95,8 @@ def page():
         lines += [
             f"{len(own)} seeds, {seconds:.1f} s of a core each (median); misfit told: {told}."
         ]
-        lines += ["", "| found | holds the truth | mean error | scatter | half width |"]
-        lines += ["|---|---|---|---|---|"]
-        for start in range(4, len(own[0]), 3):
-            error, width = np.array(
-                [[float(v) for v in row[start + 1 : start + 3]] for row in own]
-            ).T
-            held = int((np.abs(error) <= width).sum())
-            lines.append(
-                f"| {own[0][start]} | {held} of {len(own)} | {error.mean():+.1e} | "
-                f"{error.std():.1e} | {np.median(width):.1e} |"
-            )
+        columns = range(4, len(own[0]), 3)
+        lines += ["", *table({own[0][i]: [row[i + 1 : i + 3] for row in own] for i in columns})]
     text = "\n".join(lines) + "\n"
     Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")
     print(text)

@@ -14,6 +14,7 @@ import numpy as np
 
 from nanorom.measurement.data import MeasuredResponse
 from nanorom.measurement.sweeps.peaks import find_peaks
+from tests.benchmarks.intervals import table
 from tests.measurement.sweeps.truth import NM, PLACE, QUALITY, duffing_sweeps, noisy
 
 LEVELS, RATIOS, NOISE = (0.0004, 0.001, 0.002), np.linspace(0.95, 1.1, 200), 0.02
@@ -38,16 +39,8 @@ def main(seeds=50):
         f"each, 2 % noise, {seeds} seeds; intervals are those of 95 %.",
         f"A fit takes {seconds:.1f} s of a core.",
         "",
-        "| found | holds the truth | mean error | scatter | half width |",
-        "|---|---|---|---|---|",
+        *table({name: [row[name] for row in rows] for name in rows[0]}),
     ]
-    for name in rows[0]:
-        error, width = np.array([row[name] for row in rows]).T
-        held = int((np.abs(error) <= width).sum())
-        lines.append(
-            f"| {name} | {held} of {seeds} | {error.mean():+.1e} | {error.std():.1e} | "
-            f"{np.median(width):.1e} |"
-        )
     text = "\n".join(lines) + "\n"
     Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")
     print(text)

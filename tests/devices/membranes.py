@@ -9,6 +9,14 @@ from scipy.special import j1, jn_zeros
 from nanorom.scene.scene import Scene
 
 J01 = float(jn_zeros(0, 1)[0])
+MEMBRANE = """
+geometry = { shape = "disc", radius = "2.5 um" }
+plate = { thickness = "10 nm", model = "membrane" }
+material = { youngs_modulus = "410 GPa", poisson_ratio = 0.16, density = "2267 kg/m^3" }
+tension = { value = "0.3 N/m" }
+modes = { count = 1 }
+accuracy = { tolerance = 1e-4 }
+"""
 
 
 def quantities(scene):

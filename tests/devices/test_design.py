@@ -16,15 +16,8 @@ from nanorom.errors import NanoromError
 from nanorom.exact.drum import plate_roots
 from nanorom.files import stored
 from nanorom.report.design import design_text
+from tests.devices.membranes import MEMBRANE
 
-MEMBRANE = """
-geometry = { shape = "disc", radius = "2.5 um" }
-plate = { thickness = "10 nm", model = "membrane" }
-material = { youngs_modulus = "410 GPa", poisson_ratio = 0.16, density = "2267 kg/m^3" }
-tension = { value = "0.3 N/m" }
-modes = { count = 1 }
-accuracy = { tolerance = 1e-4 }
-"""
 MET = 1e-6  # of a design's conditions
 J01 = jn_zeros(0, 1)[0]
 RADIUS, THICKNESS, DENSITY, TENSION = 2.5e-6, 1e-8, 2267.0, 0.3

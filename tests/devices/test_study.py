@@ -9,15 +9,8 @@ from nanorom.devices import study as room
 from nanorom.errors import NanoromError
 from nanorom.report.study import study_text
 from nanorom.results.study import Study
+from tests.devices.membranes import MEMBRANE
 
-MEMBRANE = """
-geometry = { shape = "disc", radius = "2.5 um" }
-plate = { thickness = "10 nm", model = "membrane" }
-material = { youngs_modulus = "410 GPa", poisson_ratio = 0.16, density = "2267 kg/m^3" }
-tension = { value = "0.3 N/m" }
-modes = { count = 1 }
-accuracy = { tolerance = 1e-4 }
-"""
 VARY = {"tension.value": ["0.2 N/m", "-0.1 N/m", "0.4 N/m"], "geometry.radius": ["2 um", "3 um"]}
 TOLERANCE = 1e-4  # of the scene
 

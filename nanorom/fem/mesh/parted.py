@@ -24,7 +24,7 @@ def is_cut(scene: Scene) -> bool:
 
 def radii(regions: Sequence[Region], length: float) -> tuple[float, ...]:
     """Of the circles inside a drum of radius 1 that its concentric regions end at."""
-    found = [r / length for region in regions for r in getattr(region, "radii", ())]
+    found = [r / length for region in regions for r in region.radii]
     return _apart([r for r in found if r < 1 - ALIKE])
 
 

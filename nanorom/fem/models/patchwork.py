@@ -17,7 +17,7 @@ from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.solvers import compat
 from nanorom.scene import elasticity
 from nanorom.scene.outlines import SurfaceRegion
-from nanorom.scene.region import Region, Section
+from nanorom.scene.region import DrawnRegion, Region, Section
 
 FOLLOWS = 1e-6  # relative error of a region's area in a mesh that follows its edges
 
@@ -92,6 +92,7 @@ def located(plate: Surface, regions: Sequence[Region], length: float) -> np.ndar
         if isinstance(region, SurfaceRegion):
             inside = _tagged(domain, region.surface, number)
         else:
+            assert isinstance(region, DrawnRegion)
             inside = region.depth(middle) > 0
         taken = domain.comm.allreduce(int(np.count_nonzero(which[inside])))
         if taken:
