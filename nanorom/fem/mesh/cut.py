@@ -8,7 +8,6 @@ from typing import Any
 import attrs
 import numpy as np
 
-from nanorom.errors import MeshError
 from nanorom.fem.mesh import vetting
 from nanorom.fem.mesh.arrays import MeshData
 from nanorom.fem.mesh.corners import Corners
@@ -52,17 +51,8 @@ class Cut:
 
     def mesh(self, order: int, corners: Corners | None = None) -> MeshData:
         """Its cells of an order; one process only. Raises MeshError with gmsh's last message."""
-        gmsh = vetting.start()
-        try:
-            gmsh.option.setNumber("General.Terminal", 0)
-            try:
-                return self._meshed(gmsh).mesh(order, corners, self.name)
-            except MeshError:
-                raise
-            except Exception as error:  # gmsh raises bare Exception
-                raise MeshError(f"regions: gmsh cannot cut the {self.name}: {error}") from error
-        finally:
-            gmsh.finalize()
+        with vetting.session(f"regions: gmsh cannot cut the {self.name}") as gmsh:
+            return self._meshed(gmsh).mesh(order, corners, self.name)
 
     def _meshed(self, gmsh: Any) -> Any:
         gmsh.model.add("cut")

@@ -81,9 +81,12 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
         source = Cut(piece(geometry, length), pieces(scene, length), size, at_edge)
         return Discretisation(source, degree, order, corners=_corners(scene, length, tolerance))
     if isinstance(geometry, Disc):
-        spot = _spot(scene, length, tolerance)
         circles = radii(scene.regions, length)
-        found = _disc(degree, order, size, layer, mirrors, tolerance, spot, circles)
+        if circles:
+            found = _parted_disc(degree, order, size, layer, mirrors, tolerance, circles)
+        else:
+            spot = _spot(scene, length, tolerance)
+            found = _disc(degree, order, size, layer, mirrors, tolerance, spot)
         if not scene.masses:
             return found
         return attrs.evolve(found, corners=_corners(scene, length, tolerance))
@@ -156,15 +159,12 @@ def _disc(
     mirrors: Mirrors,
     tolerance: float | None,
     spot: float,
-    circles: Sequence[float] = (),
 ) -> Discretisation:
     """Drum of radius 1 in rings of equal width, then of widths that shrink to the layer.
 
     spot : radius on which a force at the centre acts, 0 without one; it gets a ring of its own, and
-    rings grow from it to the others; circles : edges of regions, which rings end at.
+    rings grow from it to the others.
     """
-    if circles:
-        return _parted_disc(degree, order, size, layer, mirrors, tolerance, circles)
     shrinking = np.empty(0)
     if tolerance is not None:
         rings = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))
@@ -196,7 +196,9 @@ def _parted_disc(
     tolerance: float | None,
     circles: Sequence[float],
 ) -> Discretisation:
-    """Drum of radius 1 whose rings end at circles, and shrink to the layer on both their sides."""
+    """Drum of radius 1 whose rings end at circles, the edges of regions, on both sides of which
+    they shrink to the layer.
+    """
     at_edge = np.empty(0)
     if tolerance is not None:
         at_edge = _shrinking(size, _outermost(layer, tolerance), _layer_ratio(tolerance))

@@ -43,21 +43,12 @@ class GmshFile:
         """Run gmsh on the file; one process only. Raises MeshError with gmsh's last message."""
         if self.path.parent != MESHES:
             vetting.check(self.path)
-        gmsh = vetting.start()
-        try:
-            gmsh.option.setNumber("General.Terminal", 0)
+        with vetting.session(f"{self.path}: gmsh cannot mesh it") as gmsh:
             gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", self.size_factor)
             gmsh.onelab.clear()
             for parameter, value in self.parameters.items():
                 gmsh.onelab.setNumber(f"Parameters/{parameter}", [float(value)])
-            try:
-                return self._read(gmsh, order, corners)
-            except MeshError:
-                raise
-            except Exception as error:  # gmsh raises bare Exception
-                raise MeshError(f"{self.path}: gmsh cannot mesh it: {error}") from error
-        finally:
-            gmsh.finalize()
+            return self._read(gmsh, order, corners)
 
     def _read(self, gmsh: Any, order: int, corners: Corners | None) -> MeshData:
         gmsh.open(str(self.path))

@@ -14,7 +14,8 @@ import re
 import subprocess
 import sys
 import threading
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -86,6 +87,24 @@ def start() -> Any:
     own = {"interruptible": False} if "interruptible" in takes else {}
     module.initialize(readConfigFiles=False, **own)
     return module
+
+
+@contextmanager
+def session(told: str) -> Iterator[Any]:
+    """The module gmsh, silent, for as long as it is used; one process only.
+
+    Raises MeshError with what was ``told`` and gmsh's last message, NanoromError as `start`.
+    """
+    module = start()
+    try:
+        module.option.setNumber("General.Terminal", 0)
+        yield module
+    except NanoromError:
+        raise
+    except Exception as error:  # gmsh raises bare Exception
+        raise MeshError(f"{told}: {error}") from error
+    finally:
+        module.finalize()
 
 
 def _in_main_thread() -> bool:
