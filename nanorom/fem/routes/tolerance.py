@@ -32,7 +32,7 @@ class Attempt(Protocol):
 
 Solved = TypeVar("Solved", bound=Attempt)
 
-LEAST_AIM = 1e-16  # below the rounding of a number: no mesh is made for it
+LEAST_AIM = 1e-14  # a hundred roundings: no mesh is made for less
 
 
 @attrs.frozen
@@ -64,17 +64,15 @@ def solved_to_tolerance(
         return solve(None)
     best, broken, slow = solve(aim), "", False
     last = best
-    before: tuple[float, float] | None = None  # aim and error of the mesh before
     for _ in range(how.most - 1):
         if last.error <= tolerance:
             return last
         if last.rounding > tolerance / 2 or not can_refine(scene):
             break
-        slow = before is not None and needed_aim(*before, aim, last.error, tolerance) < LEAST_AIM
+        aim = power_below(aim * min(how.finer, tolerance / last.error))
+        slow = aim < LEAST_AIM
         if slow:
             break
-        before = aim, last.error
-        aim = power_below(aim * min(how.finer, tolerance / last.error))
         discard(last)
         try:
             last = solve(aim)
@@ -92,19 +90,6 @@ def solved_to_tolerance(
             stacklevel=2,
         )
     return best
-
-
-def needed_aim(
-    coarse_aim: float, coarse: float, aim: float, error: float, tolerance: float
-) -> float:
-    """What a mesh must be made for to meet a tolerance, by the errors of two, each with its aim.
-
-    Where the second has the larger error that is not known: infinite.
-    """
-    if error >= coarse:
-        return np.inf
-    order = np.log(error / coarse) / np.log(aim / coarse_aim)
-    return float(np.exp(np.log(aim) + np.log(tolerance / error) / order))
 
 
 def _remedy(scene: Scene, best: Attempt, tolerance: float, slow: bool) -> str:
