@@ -117,9 +117,7 @@ class Rise:
 
     def _transferred(self, here: _Place, other: HarmonicBalance) -> _Place:
         old = here.balance
-        x, tangent = self.tracer.transfer(
-            old, other.basis.harmonics, old.basis.unpack(here.z[:-1]), here.tangent
-        )
+        x, tangent = self.tracer.transfer(old, other, old.basis.unpack(here.z[:-1]), here.tangent)
         return _Place(other, np.append(other.basis.pack(x), here.z[-1]), tangent)
 
     def _pair(self, balance: HarmonicBalance) -> tuple[HarmonicBalance, HarmonicBalance]:

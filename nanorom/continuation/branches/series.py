@@ -175,12 +175,19 @@ class SeriesExpansion:
             self.friction = np.zeros((order + 1, n, size))
 
     def expand(
-        self, x: Array, rate: float, factors: BorderedFactors, order: int | None = None
+        self,
+        balance: HarmonicBalance,
+        x: Array,
+        rate: float,
+        factors: BorderedFactors,
+        order: int | None = None,
     ) -> tuple[Array, Array]:
         """Coefficients (order + 1, n) and rates (order + 1,) of the branch through (x, rate), to
         that order of the work space or a lower one.
+
+        balance : that of the work space, or for some of its unknowns
         """
-        balance, basis = self.balance, self.balance.basis
+        basis = balance.basis
         order = order or self.order
         rates = np.zeros(order + 1)
         squares = np.zeros(order + 1)

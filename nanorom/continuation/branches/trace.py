@@ -10,7 +10,11 @@ import numpy as np
 from nanorom.continuation.branches.accuracy import Accuracy
 from nanorom.continuation.branches.march import March, StepControl
 from nanorom.continuation.branches.series import Series, SeriesExpansion
-from nanorom.continuation.orbits.balance import HarmonicBalance, NewtonFailure
+from nanorom.continuation.orbits.balance import (
+    MANY_UNKNOWNS,
+    HarmonicBalance,
+    NewtonFailure,
+)
 from nanorom.continuation.orbits.harmonics import HARMONIC_LADDER, LONG_LADDER, Support, basis_for
 from nanorom.continuation.orbits.orbit import Orbit
 from nanorom.continuation.scaled import ScaledSystem
@@ -58,6 +62,9 @@ class Tracer:
 
     def balance(self, harmonics: int) -> HarmonicBalance:
         return self.pair(harmonics)[0]
+
+    def expansion(self, harmonics: int) -> SeriesExpansion:
+        return self.pair(harmonics)[1]
 
     def pair(self, harmonics: int) -> tuple[HarmonicBalance, SeriesExpansion]:
         if harmonics not in self._balances:
@@ -195,13 +202,17 @@ class Tracer:
         allowed do not suffice.
         """
         known = balance.basis.harmonics
+        whole = self.balance(known)
+        x, border = self.transfer(balance, whole, x, border)
+        balance, x, border = self.reduced(whole, x, rate, border, self.left_out)
         while True:
             x, rate, factors = balance.correct(x, rate, border, self.accuracy.corrected)
             wanted = self.adapt(balance, x)
             if wanted == balance.basis.harmonics:
                 break
-            x, border = self.transfer(balance, wanted, x, border)
-            balance = self.balance(wanted)
+            larger = self.balance(wanted)
+            x, border = self.transfer(balance, larger, x, border)
+            balance, x, border = self.reduced(larger, x, rate, border, self.left_out)
             if wanted < known:  # fewer than before: enough, no need to look again
                 x, rate, factors = balance.correct(x, rate, border, self.accuracy.corrected)
                 break
@@ -211,10 +222,24 @@ class Tracer:
             return None
         if self.accuracy.sharp:
             factors = balance.factorise(x, rate, border)
-        packed, rates = self.pair(balance.basis.harmonics)[1].expand(x, rate, factors)
+        expansion = self.expansion(balance.basis.harmonics)
+        packed, rates = expansion.expand(balance, x, rate, factors)
         series = Series.from_terms(balance, packed, rates, self.accuracy.series)
         series.length = self._length(series, rates)
         return series
+
+    def _missing(self, balance: HarmonicBalance, x: Array, rate: float, residual: Array) -> float:
+        """Size of the coefficients that are no unknowns, relative to the largest."""
+        if balance is self.balance(balance.basis.harmonics):
+            return 0.0
+        sizes = balance.expected(x, rate, residual)
+        missing = sizes[~balance.basis.taken].max(initial=0.0)
+        return float(missing / max(sizes.max(initial=0.0), TINY))
+
+    @property
+    def left_out(self) -> float:
+        """Size of coefficients, relative to the largest, that orbits do without."""
+        return self.settings.tolerance / SPARE
 
     def _first_harmonics(self, orbit: Orbit) -> int:
         """How many an orbit is given with at first."""
@@ -231,15 +256,32 @@ class Tracer:
 
     def tangent(self, series: Series, a: float, harmonics: int) -> Array:
         """The tangent (n + 1,) of the branch at a place of a step, on a number of harmonics."""
-        return self.transfer(series.balance, harmonics, series.at(a)[0], series.tangent(a))[1]
+        given = series.at(a)[0], series.tangent(a)
+        return self.transfer(series.balance, self.balance(harmonics), *given)[1]
+
+    def reduced(
+        self, balance: HarmonicBalance, x: Array, rate: float, border: Array, left_out: float
+    ) -> tuple[HarmonicBalance, Array, Array]:
+        """The equations, a point and its border without the coefficients that are, or would be,
+        smaller than a part of the largest; all of them where they are few.
+        """
+        if balance.basis.size < MANY_UNKNOWNS or not left_out:
+            return balance, x, border
+        taken = balance.basis.in_bands(
+            balance.expected(x, rate, balance.residual(x, rate)), left_out
+        )
+        less = balance.only(taken)
+        return less, *self.transfer(balance, less, x, border)
 
     def transfer(
-        self, balance: HarmonicBalance, harmonics: int, x: Array, border: Array
+        self, balance: HarmonicBalance, other: HarmonicBalance, x: Array, border: Array
     ) -> tuple[Array, Array]:
-        """The same point and border on another number of harmonics."""
-        old, new = balance.basis, self.balance(harmonics).basis
+        """The same point and border on the basis of other equations."""
+        old, new = balance.basis, other.basis
+        if old is new:
+            return x, border
         size = self.system.size
-        moved = new.compress(old.expand(x, size))
+        moved = new.unpack(new.pack(new.compress(old.expand(x, size))))
         direction = new.pack(new.compress(old.expand(old.unpack(border[:-1]), size)))
         border = np.append(direction, border[-1])
         return moved, border / np.linalg.norm(border)
@@ -260,9 +302,11 @@ class Tracer:
         length = float(2.0 ** (np.floor(PER_OCTAVE * np.log2(length)) / PER_OCTAVE))
         for _ in range(SHORTENINGS):
             x, rate = series.at(length)
-            residual = balance.basis.pack(balance.residual(x, rate))
-            error = float(np.abs(residual).max(initial=0.0))
-            good_tail = self.tail(balance, x) < SPARE * self.settings.tolerance
+            residual = balance.residual(x, rate)
+            error = float(np.abs(balance.basis.pack(residual)).max(initial=0.0))
+            tolerance = self.settings.tolerance
+            good_tail = self.tail(balance, x) < SPARE * tolerance
+            good_tail &= self._missing(balance, x, rate, residual) < tolerance
             if (
                 rate > 0
                 and error < self.accuracy.residual * scale * max(1.0, rate**2)

@@ -8,11 +8,14 @@ doi:10.1016/j.cma.2015.07.017 (bifurcation tracking with harmonic balance).
 from __future__ import annotations
 
 import attrs
+import numpy as np
 
-from nanorom.continuation.curves.curve import Curve
+from nanorom.continuation.curves.curve import Curve, Place
 from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.harmonics import Support
 from nanorom.continuation.points.critical import CriticalBalance
+
+LEFT_OUT = 0.03  # of the tolerance: coefficients that are no unknowns
 
 
 @attrs.define(eq=False, kw_only=True)
@@ -27,3 +30,13 @@ class CriticalCurve(Curve):
         return CriticalBalance(
             self.origin, self.change, support, self.kind, self.multiple, harmonics
         )
+
+    def _adapt(self, here: Place) -> Place:
+        """As of any curve; without the coefficients that are next to zero."""
+        here = super()._adapt(here)
+        assert isinstance(here.balance, CriticalBalance)
+        whole = here.balance.whole
+        there = here if whole is here.balance else self._moved(here, whole)
+        less = whole.without_small(there.z, LEFT_OUT * self.tolerance)
+        same = np.array_equal(less.basis.taken, here.balance.basis.taken)
+        return here if same else self._moved(there, less)

@@ -26,6 +26,7 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 NEWTON = 1e-9  # of the unknowns: the last change of Newton's method
+SQUARED = 1e-2  # of the tolerance: a last change that leaves an error much smaller than it
 TURN = 1e-9  # of a step, to which a turn of the parameter is located
 NEWTON_STEPS, EASY_STEPS = 8, 4
 FIRST = 0.1  # of the largest step
@@ -201,6 +202,11 @@ class Curve(ABC):
         except (ContinuationError, ValueError):  # not to be had exactly: the nearer end
             return min(before, there, key=lambda end: abs(function(end)))
 
+    @property
+    def _solved(self) -> float:
+        """Of the unknowns: the last change of Newton's method, which the next one would square."""
+        return max(NEWTON, SQUARED * self.tolerance)
+
     def _inside(self, point: Point) -> bool:
         (low, high), (least, most) = self.limits
         return low <= point.rate * self.multiple <= high and least <= point.level <= most
@@ -252,6 +258,6 @@ class Curve(ABC):
             z = z + change
             if not np.all(np.isfinite(z)) or z[balance.basis.size] <= 0:
                 break
-            if np.abs(change).max() < NEWTON * max(1.0, np.abs(z).max()):
+            if np.abs(change).max() < self._solved * max(1.0, np.abs(z).max()):
                 return z, direction / np.linalg.norm(direction), step + 1
         raise ContinuationError("the curve cannot be corrected")

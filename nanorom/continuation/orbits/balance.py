@@ -8,16 +8,21 @@ block Toeplitz plus Hankel.
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from nanorom.continuation.orbits.harmonics import Basis, fourier_matrix, resize, stretch
+from nanorom.continuation.orbits.harmonics import Basis, Group, fourier_matrix, resize, stretch
 from nanorom.continuation.orbits.pairs import moving_modes
 from nanorom.continuation.orbits.parts import by_term
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
+TINY = 1e-300  # of a stiffness
+MANY_UNKNOWNS = 200  # from which on it pays to leave out those that are next to zero
 REST = 1e-9  # size below which an orbit is at rest
 SMALL = 1e-3  # size below which an orbit is to be right relative to itself, not to its frequency
 ASTRAY, DIVERGING = 1e3, 10.0  # times orbit and change before: corrections that lead nowhere
@@ -104,45 +109,88 @@ class HarmonicBalance:
             result += basis.analysis @ np.matmul(z[:, None, :], w)[:, 0, :]
         return result
 
-    def _convolution(self, samples: Array) -> Array:
-        """The operator phi_j -> projection of g phi_j, indexed [j, i, l, r]."""
+    def _convolution(self, samples: Array, one: Group, two: Group) -> Array:
+        """The operator phi_j -> projection of g phi_j, indexed [j, i, l, r], for j, l of one group
+        of unknowns and i, r of another; `samples` (F, L, L) are Fourier coefficients of g.
+        """
         basis = self.basis
-        g = basis.analysis_wide @ samples
-        blocks = g[basis.index_a]
-        blocks *= basis.weight_a
-        other = g[basis.index_b]
-        other *= basis.weight_b
+        some = samples[:, one.modes[:, None], two.modes]
+        which = np.ix_(one.rows, two.rows)
+        blocks = some[basis.index_a[which]]
+        blocks *= basis.weight_a[which][..., None]
+        other = some[basis.index_b[which]]
+        other *= basis.weight_b[which][..., None]
         blocks += other
-        return blocks.reshape(basis.shape[0], basis.shape[0], self.size, self.size)
+        return np.asarray(blocks)
+
+    def _wide(self, samples: Array) -> Array:
+        """Fourier coefficients (F, L, L) of a matrix from its samples."""
+        return (self.basis.analysis_wide @ samples).reshape(-1, self.size, self.size)
 
     def jacobian_t(self, x: Array, rate: float) -> Array:
         """Transpose of dR/dX on the unknowns, (n, n)."""
-        basis, size = self.basis, self.size
+        basis = self.basis
         v = basis.synthesis @ x
         samples = self.tangent(v)
+        friction = None
         if self.has_loss:
             samples += self._loss_tangent(v, x, rate)
-        blocks = self._convolution(samples)
-        harmonics = np.arange(basis.shape[0])
-        diagonal = self.stiffness_t[None] + (rate**2 * self.second_weight)[:, :, None] * np.eye(
-            size
-        )
-        blocks[harmonics, harmonics] += diagonal
-        # d/dtheta moves the coefficient of row `derivative_row[i]` to row i
-        coupling = rate * basis.derivative_weight[:, :, None] * self.damping_t
-        blocks[basis.derivative_row, harmonics] += coupling
-        if self.has_loss:
-            w = rate * self.friction(x)
-            blocks[basis.derivative_row] += basis.derivative_weight[:, :, None, None] * w
-        full = basis.shape[0] * size
-        matrix = blocks.transpose(0, 2, 1, 3).reshape(full, full)
-        if basis.unknowns is not None:
-            matrix = matrix[np.ix_(basis.unknowns, basis.unknowns)]
+            friction = self._wide(self.loss.of(v))
+        stiffness = self._wide(samples)
+        matrix = np.empty((basis.size, basis.size))
+        for one in basis.groups:
+            for two in basis.groups:
+                blocks = self._convolution(stiffness, one, two)
+                # d/dtheta moves the coefficient of row `derivative_row[i]` to row i
+                if friction is not None:
+                    loss = self._convolution(friction, one, two)
+                    weight = basis.derivative_weight[one.rows][:, :, None, None]
+                    blocks[one.partners(basis)] += rate * weight * loss
+                if one is two:
+                    self._add_linear(blocks, rate, one)
+                part = matrix[one.place, two.place]
+                shape = len(one.rows), len(one.modes), len(two.rows), len(two.modes)
+                part.reshape(shape)[:] = blocks.transpose(0, 2, 1, 3)
         return matrix
+
+    def _add_linear(self, blocks: Array, rate: float, group: Group) -> None:
+        """The linear terms of the equations of one group of unknowns."""
+        basis, modes = self.basis, np.ix_(group.modes, group.modes)
+        every = np.arange(len(group.rows))
+        inertia = rate**2 * self.second_weight[np.ix_(group.rows, group.modes)]
+        blocks[every, every] += self.stiffness_t[modes]
+        blocks[every, every] += inertia[:, :, None] * np.eye(len(group.modes))
+        coupling = basis.derivative_weight[group.rows][:, :, None] * self.damping_t[modes]
+        blocks[group.partners(basis), every] += rate * coupling
+
+    @property
+    def constant(self) -> bool:
+        """Whether the Jacobian is the same at all orbits and rates."""
+        nonlinear = self.has_cubic or self.has_quadratic or self.has_loss
+        return not (nonlinear or self.damping_t.any() or self.inertia.any())
 
     def friction(self, x: Array) -> Array:
         """The operator velocity -> projection of W(q, q) velocity, indexed [j, i, l, r]."""
-        return self._convolution(self.loss.of(self.basis.synthesis @ x))
+        basis = self.basis
+        rows, modes = (np.arange(count) for count in basis.shape)
+        whole = Group(rows, modes, slice(0, len(rows) * len(modes)))
+        return self._convolution(self._wide(self.loss.of(basis.synthesis @ x)), whole, whole)
+
+    def only(self, taken: NDArray[np.bool_]) -> HarmonicBalance:
+        """The same equations for some coefficients (rows, modes) of the basis, the others 0."""
+        less = copy(self)
+        less.basis = self.basis.only(taken)
+        return less
+
+    def expected(self, x: Array, rate: float, residual: Array) -> Array:
+        """Sizes (rows, modes) of all coefficients of an orbit: of those that are zero, about as
+        large as they would be, each by itself, to hold its part of the residual.
+        """
+        elastic = np.abs(rate**2 * self.second_weight + np.diag(self.stiffness_t))
+        loss = rate * self.basis.number[:, None] * np.diag(self.damping_t)
+        alone = np.abs(residual) / np.maximum(np.hypot(elastic, loss), TINY)
+        sizes = np.where(x == 0.0, alone, np.abs(x)) * self.basis.allowed
+        return np.maximum(sizes, sizes[self.basis.derivative_row])
 
     def _loss_tangent(self, v: Array, x: Array, rate: float) -> Array:
         """Derivative of W(q, q) q' with respect to q, transposed and flattened."""

@@ -7,6 +7,8 @@ changing the number of harmonics H only cuts or pads rows.
 
 from __future__ import annotations
 
+from copy import copy
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations_with_replacement, product
 
@@ -20,6 +22,7 @@ from nanorom.types import Array
 Index = NDArray[np.int64]
 LONG_LADDER = (180, 216, 260, 312, 375, 450, 540, 650)  # for few modes
 HARMONIC_LADDER = (3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 36, 43, 51, 61, 73, 87, 104, 125, 150)
+BANDS = 8  # of harmonics
 ABSENT = 1e-9  # coefficients of an orbit, relative to the largest, that are round-off
 
 
@@ -220,6 +223,21 @@ def _mark(table: NDArray[np.bool_], excited: NDArray[np.bool_], residues: tuple[
         table[excited, sum(s * r for s, r in zip(signs, residues)) % table.shape[1]] = True
 
 
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Rows (n,) of a basis in which the same modes (m,) are unknowns, and their n m places among
+    all.
+    """
+
+    rows: Index
+    modes: Index
+    place: slice
+
+    def partners(self, basis: Basis) -> Index:
+        """Which of the rows has the sine of each one's cosine, and the other way round."""
+        return np.searchsorted(self.rows, basis.derivative_row[self.rows])
+
+
 class Basis:
     """Sampling and product tables for the harmonics up to H that a support allows.
 
@@ -238,10 +256,9 @@ class Basis:
             present[2::2] = False
         self.rows: Index = np.flatnonzero(present)
         self.number = numbers[self.rows]
-        mask = support.rows_mask(harmonics)[np.ix_(self.rows, self.modes)]
-        self.shape = mask.shape
-        self.unknowns: Index | None = None if mask.all() else np.flatnonzero(mask.ravel())
-        self.size = int(mask.sum())
+        self.allowed = support.rows_mask(harmonics)[np.ix_(self.rows, self.modes)]
+        self.shape = self.allowed.shape
+        self._take(self.allowed)
 
         bandwidth = 4 * harmonics + 2 + (-harmonics * 4 - 2) % 4
         bandwidth = max(bandwidth, 4 * (period_multiple + 1))
@@ -287,6 +304,51 @@ class Basis:
         signs = np.where(self.rows % 2 == 1, 1.0, -1.0)
         self.derivative_weight = (self.number * signs)[:, None]
         self.second_weight = -(self.number.astype(float) ** 2)[:, None]
+
+    def _take(self, taken: NDArray[np.bool_]) -> None:
+        """Which coefficients (rows, modes) are unknowns: in groups of rows that have the same
+        modes.
+        """
+        kinds, kind = np.unique(taken, axis=0, return_inverse=True)
+        places = np.arange(taken.size).reshape(self.shape)
+        self.groups: list[Group] = []
+        self.size = 0
+        for number, modes in enumerate(kinds):
+            rows, some = np.flatnonzero(kind.ravel() == number), np.flatnonzero(modes)
+            count = len(rows) * len(some)
+            if count:
+                self.groups.append(Group(rows, some, slice(self.size, self.size + count)))
+                self.size += count
+        found = [places[np.ix_(group.rows, group.modes)].ravel() for group in self.groups]
+        everything = len(found) == 1 and self.size == taken.size
+        self.unknowns: Index | None = (
+            None if everything else np.concatenate([*found, np.zeros(0, dtype=np.int64)])
+        )
+
+    def only(self, taken: NDArray[np.bool_]) -> Basis:
+        """The same basis where some coefficients (rows, modes) alone are unknowns, the others 0;
+        of a harmonic both or none.
+        """
+        less = copy(self)
+        less._take(self.allowed & taken)
+        return less
+
+    def in_bands(self, sizes: Array, part: float) -> NDArray[np.bool_]:
+        """Which coefficients (rows, modes) are larger than a part of the largest one, or stand in a
+        band of harmonics in which their mode has such ones: few bands, so that few groups.
+        """
+        large = sizes > part * sizes.max(initial=0.0)
+        band = self.number * BANDS // (self.harmonics + 1)
+        taken = np.zeros((BANDS, large.shape[1]), dtype=bool)
+        np.logical_or.at(taken, band, large)
+        return taken[band]
+
+    @property
+    def taken(self) -> NDArray[np.bool_]:
+        """Which coefficients (rows, modes) are unknowns."""
+        mask = np.zeros(self.shape, dtype=bool)
+        mask.ravel()[slice(None) if self.unknowns is None else self.unknowns] = True
+        return mask
 
     def compress(self, full: Array) -> Array:
         """Coefficients (2H' + 1, L) of all modes -> those of this basis (rows, modes)."""

@@ -101,7 +101,9 @@ class MovingModes:
     loss: PairMatrix
 
 
-_of_system: WeakKeyDictionary[ScaledSystem, dict[bytes, MovingModes]] = WeakKeyDictionary()
+# (what is kept must not hold the system itself, or neither would ever be let go)
+Kept = tuple[ScaledSystem | None, PairMatrix, PairMatrix]
+_of_system: WeakKeyDictionary[ScaledSystem, dict[bytes, Kept]] = WeakKeyDictionary()
 
 
 def moving_modes(system: ScaledSystem, modes: Index) -> MovingModes:
@@ -111,8 +113,10 @@ def moving_modes(system: ScaledSystem, modes: Index) -> MovingModes:
     if key not in known:
         sub = system.restrict(modes)
         cubic = PairMatrix(sub.cubic.transpose(1, 2, 3, 0))
-        known[key] = MovingModes(sub, cubic, PairMatrix(sub.loss.transpose(2, 3, 1, 0)))
-    return known[key]
+        loss = PairMatrix(sub.loss.transpose(2, 3, 1, 0))
+        known[key] = None if sub is system else sub, cubic, loss
+    own, cubic, loss = known[key]
+    return MovingModes(own or system, cubic, loss)
 
 
 def by_pair(tensor: Array, first: Index, second: Index) -> Array:

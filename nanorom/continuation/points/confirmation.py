@@ -22,6 +22,7 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 DEFECT = 1e-10  # of the orbit: harmonics are added until shooting finds no larger one
+LEFT_OUT = 1e-12  # of the orbit: coefficients that a first expansion at a point does without
 HOPELESS = 1e-2  # distance of the critical multiplier that no better expansion would mend
 SAME = 1e-9  # of a frequency
 TOGETHER = 1e-8  # of multipliers, and of frequencies, that several of them are critical at
@@ -97,9 +98,9 @@ def _polished(
     # along a family of turned orbits a multiplier is 1 throughout
     always = len(path.generators) if detected.kind.at_ends else 0
     expected = detected.multiplicity + always
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         try:
-            nearby = _expand_again(tracer, series, a - shift)
+            nearby = _expand_again(tracer, series, a - shift, 0.0 if turn else LEFT_OUT)
             series, a = nearby, _zero(detected, nearby, solvers, path, window, shift)
         except ContinuationError:
             # at a branch point the Jacobian may be singular: expand beside it
@@ -124,18 +125,20 @@ def _polished(
     return Polished(detected.kind, orbit, shot.multipliers, multiplicity)
 
 
-def _expand_again(tracer: Tracer, series: Series, a: float) -> Series:
-    """The expansion of the branch at a, on the next larger number of harmonics."""
+def _expand_again(tracer: Tracer, series: Series, a: float, left_out: float) -> Series:
+    """The expansion of the branch at a, on the next larger number of harmonics; without what is
+    left out as too small, relative to the orbit.
+    """
     balance = series.balance
     position = tracer.ladder.index(balance.basis.harmonics)
     harmonics = tracer.ladder[min(position + 1, len(tracer.ladder) - 1)]
     x, rate = series.at(a)
-    x, border = tracer.transfer(balance, harmonics, x, series.tangent(a))
-    larger, expansion = tracer.pair(harmonics)
+    x, border = tracer.transfer(balance, tracer.balance(harmonics), x, series.tangent(a))
+    larger, x, border = tracer.reduced(tracer.balance(harmonics), x, rate, border, left_out)
     x, rate, factors = larger.correct(x, rate, border, tracer.accuracy.solved)
     if tracer.accuracy.sharp:
         factors = larger.factorise(x, rate, border)
-    packed, rates = expansion.expand(x, rate, factors, ORDER)
+    packed, rates = tracer.expansion(harmonics).expand(larger, x, rate, factors, ORDER)
     return Series.from_terms(larger, packed, rates, DIVERGED)
 
 

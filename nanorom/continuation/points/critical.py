@@ -11,11 +11,12 @@ doi:10.1137/1.9780898719543 (minimally extended systems).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from nanorom.continuation.orbits.balance import HarmonicBalance
+from nanorom.continuation.orbits.balance import MANY_UNKNOWNS, HarmonicBalance
 from nanorom.continuation.orbits.bifurcations import Kind
 from nanorom.continuation.orbits.harmonics import Basis, Support, basis_for, full_support
 from nanorom.continuation.scaled import ScaledSystem
@@ -61,6 +62,8 @@ class CriticalBalance:
                 )
         self.to_wide = self._embedding()
         self.balances = _both(origin, change, self.basis)
+        self.whole = self
+        self._constant: Array | None = None
         same = self.wide is self.basis
         self.operators = self.balances if same else _both(origin, change, self.wide)
 
@@ -74,6 +77,31 @@ class CriticalBalance:
         flat = grid.ravel()
         return flat if self.basis.unknowns is None else flat[self.basis.unknowns]
 
+    def without_small(self, z: Array, part: float) -> CriticalBalance:
+        """The same equations without the coefficients of the orbit that are, or would be, smaller
+        than a part of the largest; all of them where they are few.
+        """
+        n = self.basis.size
+        if not self.kind.turns or n < MANY_UNKNOWNS:
+            return self
+        x, rate, level = self.basis.unpack(z[:n]), float(z[n]), float(z[n + 1])
+        origin, change = self.balances
+        residual = origin.residual(x, rate) + level * change.residual(x, rate)
+        taken = self.basis.in_bands(origin.expected(x, rate, residual), part)
+        less = copy(self)
+        less.balances = less.operators = origin.only(taken), change.only(taken)
+        less.basis = less.wide = less.balances[1].basis = less.balances[0].basis
+        less.chosen = less.to_wide = np.arange(less.basis.size)
+        less.border = less._constant = None
+        return less
+
+    def _jacobians(self, x: Array, rate: float) -> list[Array]:
+        """Those of the balance and of what the parameter adds to it."""
+        origin, change = self.balances
+        if self._constant is None or not change.constant:
+            self._constant = change.jacobian_t(x, rate).T
+        return [origin.jacobian_t(x, rate).T, self._constant]
+
     def system(self, z: Array) -> tuple[Array, Array]:
         """Residual (n + 1,) or (n + 2,) and Jacobian of balance and criticality."""
         basis, n = self.basis, self.basis.size
@@ -81,9 +109,9 @@ class CriticalBalance:
         x = basis.unpack(z[:n])
         residual, by_level = (basis.pack(b.residual(x, rate)) for b in self.balances)
         jacobian = np.zeros((len(z) - 1, len(z)))
-        matrices = [balance.jacobian_t(x, rate).T for balance in self.balances]
-        for weight, balance, matrix in zip((1.0, level), self.balances, matrices):
-            jacobian[:n, :n] += weight * matrix
+        matrices = self._jacobians(x, rate)
+        jacobian[:n, :n] = matrices[0] + level * matrices[1]
+        for weight, balance in zip((1.0, level), self.balances):
             jacobian[:n, n] += weight * basis.pack(balance.rate_derivative(x, rate))
         jacobian[:n, n + 1] = by_level
         value, gradient = self._criticality(z, matrices)
