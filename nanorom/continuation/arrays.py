@@ -79,6 +79,8 @@ def symmetrise_quadratic(tensor: Array) -> Array:
 
 def symmetrise_cubic(tensor: Array) -> Array:
     """B[r, j, k, l] averaged over the order of j, k, l: the force B qqq is unchanged."""
+    if not tensor.any():  # zeros stay memory that is not touched
+        return tensor
     total = tensor + tensor.transpose(0, 1, 3, 2)
     for order in ((0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1)):
         total += tensor.transpose(order)

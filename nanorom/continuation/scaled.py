@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
+from weakref import finalize
 
 import numpy as np
 
@@ -160,19 +162,25 @@ class ScaledSystem:
         return bool(self.loss.any())
 
     def plus(self, change: ScaledSystem, factor: float) -> ScaledSystem:
-        """The equations with `factor` times a change of all their arrays."""
-        return replace(
-            self,
-            **{name: getattr(self, name) + factor * getattr(change, name) for name in ARRAYS},
-        )
+        """The equations with `factor` times a change of all their arrays; those that it leaves as
+        they are stay the same ones.
+        """
+        arrays = {name: (getattr(self, name), getattr(change, name)) for name in ARRAYS}
+        changed = {n: own + factor * more for n, (own, more) in arrays.items() if more.any()}
+        return replace(self, **changed)
 
     def times(self, factor: float) -> ScaledSystem:
         """A change of all arrays, `factor` times as large."""
-        return replace(self, **{name: factor * getattr(self, name) for name in ARRAYS})
+        arrays = {name: getattr(self, name) for name in ARRAYS}
+        return replace(self, **{name: factor * a for name, a in arrays.items() if a.any()})
 
-    def pattern(self) -> ScaledSystem:
-        """The same entries without their signs: what may act on what."""
-        return replace(self, **{name: np.abs(getattr(self, name)) for name in ARRAYS})
+    def pattern(self, change: ScaledSystem) -> ScaledSystem:
+        """Entries that are zero where those of the equations and of a change of them are: what may
+        act on what.
+        """
+        arrays = {name: (getattr(self, name), getattr(change, name)) for name in ARRAYS}
+        both = {n: np.abs(own) + np.abs(more) for n, (own, more) in arrays.items() if more.any()}
+        return replace(self, **both)
 
     def restrict(self, modes: Numbers) -> ScaledSystem:
         """The same equations with every mode outside `modes` at rest."""
@@ -210,6 +218,20 @@ class ScaledSystem:
         return change if self.shapes is None else change.turned(self.shapes)
 
 
+def of_tensors(system: ScaledSystem) -> dict[Any, Any]:
+    """What is known of the nonlinear terms of a system, for all systems that have the same arrays
+    of them; forgotten when these are let go, so that it must not hold them.
+    """
+    tensors = system.quadratic, system.cubic, system.loss
+    key = tuple(id(tensor) for tensor in tensors)
+    if key not in _of_tensors:
+        _of_tensors[key] = {}
+        for tensor in tensors:
+            finalize(tensor, _of_tensors.pop, key, None)
+    return _of_tensors[key]
+
+
+_of_tensors: dict[tuple[int, ...], dict[Any, Any]] = {}
 UNITS = ("frequency", "amplitude", "inertia", "shapes")
 DRIVEN = ("force", "parametric")  # arrays whose last axis is that of the drive's terms
 ARRAYS = tuple(f.name for f in fields(ScaledSystem) if f.name not in UNITS)

@@ -11,11 +11,13 @@ does not depend on the units of the arrays.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 import attrs
 import numpy as np
 
-from nanorom.continuation.arrays import checked, finite, square
+from nanorom.continuation.arrays import checked, finite, square, times
 from nanorom.continuation.drive import CARRIER, Drive, padded, terms
 from nanorom.continuation.first_order import FASTEST, FirstOrder, joined, units_of, widened
 from nanorom.continuation.scaled import (
@@ -241,14 +243,31 @@ class ModalSystem:
         if direct or parametric:
             self._check_damping()
         frequency = float(np.sqrt(self.natural_frequencies_squared()[0]))
+        if self in _scaled:  # the tensors are large, and the same at all levels
+            return self._driven(_scaled[self], direct, parametric)
         arrays = self._at_levels(direct, parametric, frequency)
         amplitude = nonlinear_amplitude(self._of_modes(arrays), frequency)
         system = non_dimensional(arrays, frequency, amplitude, self.size)
         if self.states is None:
+            if system.cubic.any() or system.quadratic.any():  # the units depend on no level
+                _scaled[self] = system
             return system
         units = units_of(system.stiffness, system.quadratic, system.force, self.size)
         self._check_states(system)
         return system.turned(np.diag(units))
+
+    def _driven(self, system: ScaledSystem, direct: float, parametric: float) -> ScaledSystem:
+        """Scaled equations of this system, at other levels."""
+        inverse, columns = np.linalg.inv(self.mass), system.force.shape[-1]
+        over = {
+            "force": (direct * self._direct_at(direct), system.amplitude * system.frequency**2),
+            "parametric": (parametric * self.parametric_at(parametric), system.frequency**2),
+        }
+        patterns = {
+            name: times(padded(np.tensordot(inverse, pattern, axes=1), columns), 1 / unit)
+            for name, (pattern, unit) in over.items()
+        }
+        return replace(system, **patterns)
 
     def _at_levels(self, direct: float, parametric: float, frequency: float) -> dict[str, Array]:
         """The arrays of modes and states over their mass."""
@@ -370,3 +389,6 @@ class ModalSystem:
             raise ContinuationError("parameter: another mass; allowed the same one")
         more = {name: theirs[name] - array for name, array in mine.items()}
         return unit.changed(non_dimensional(more, unit.frequency, unit.amplitude, self.size))
+
+
+_scaled: WeakKeyDictionary[ModalSystem, ScaledSystem] = WeakKeyDictionary()

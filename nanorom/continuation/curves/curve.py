@@ -97,7 +97,7 @@ class Curve(ABC):
 
     def _support(self, full: Array) -> Support:
         """Modes and harmonics of the orbit and of what the parameter adds to them."""
-        everything = self.origin.pattern().plus(self.change.pattern(), 1.0)
+        everything = self.origin.pattern(self.change)
         return own_support(everything, full, self.multiple)
 
     def follow(

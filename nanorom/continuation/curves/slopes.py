@@ -77,7 +77,7 @@ def point_slopes(
     kind, multiple = KINDS[point.type], point.period_multiple
     curve = CriticalCurve(
         origin=unit,
-        change=reduce(lambda one, two: one.plus(two.pattern(), 1.0), scaled, unit.times(0.0)),
+        change=reduce(lambda one, two: one.pattern(two), scaled, unit.times(0.0)),
         kind=kind,
         multiple=multiple,
         limits=((0.0, np.inf), (-1.0, 1.0)),

@@ -10,14 +10,13 @@ from the other half. Both are found in the numbers themselves, none is assumed.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem, of_tensors
 from nanorom.types import Array
 
 Index = NDArray[np.intp]
@@ -101,22 +100,16 @@ class MovingModes:
     loss: PairMatrix
 
 
-# (what is kept must not hold the system itself, or neither would ever be let go)
-Kept = tuple[ScaledSystem | None, PairMatrix, PairMatrix]
-_of_system: WeakKeyDictionary[ScaledSystem, dict[bytes, Kept]] = WeakKeyDictionary()
-
-
 def moving_modes(system: ScaledSystem, modes: Index) -> MovingModes:
-    """The part of a system that a set of modes makes; found once, whatever the harmonics."""
-    known = _of_system.setdefault(system, {})
-    key = modes.tobytes()
+    """The part of a system that a set of modes makes; its matrices are found once, whatever the
+    harmonics and the drive.
+    """
+    known, sub = of_tensors(system), system.restrict(modes)
+    key = "moving", modes.tobytes()
     if key not in known:
-        sub = system.restrict(modes)
         cubic = PairMatrix(sub.cubic.transpose(1, 2, 3, 0))
-        loss = PairMatrix(sub.loss.transpose(2, 3, 1, 0))
-        known[key] = None if sub is system else sub, cubic, loss
-    own, cubic, loss = known[key]
-    return MovingModes(own or system, cubic, loss)
+        known[key] = cubic, PairMatrix(sub.loss.transpose(2, 3, 1, 0))
+    return MovingModes(sub, *known[key])
 
 
 def by_pair(tensor: Array, first: Index, second: Index) -> Array:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nanorom.continuation.scaled import ScaledSystem
+from nanorom.continuation.scaled import ScaledSystem, of_tensors
 
 Flags = NDArray[np.bool_]
 
@@ -35,15 +34,14 @@ class Patterns:
         return np.asarray(self.cubic[:, one][:, :, two].any(axis=(1, 2)))
 
 
-_of_system: WeakKeyDictionary[ScaledSystem, Patterns] = WeakKeyDictionary()
-
-
 def patterns(system: ScaledSystem) -> Patterns:
     """The patterns of a system, found once."""
-    if system not in _of_system:
+    known = of_tensors(system)
+    if "patterns" not in known:
         cubic = system.cubic != 0
         if system.has_loss:
             cubic |= system.loss != 0
             cubic |= (system.loss != 0).swapaxes(1, 2)
-        _of_system[system] = Patterns(system.quadratic != 0, cubic | cubic.swapaxes(1, 2))
-    return _of_system[system]
+        known["patterns"] = Patterns(system.quadratic != 0, cubic | cubic.swapaxes(1, 2))
+    found: Patterns = known["patterns"]
+    return found

@@ -257,7 +257,9 @@ def test_step_the_other_way_round_is_the_same_step(system) -> None:
     _, orbit, balance = _orbit(scaled, full_support(scaled, 1), 1)
     x = balance.basis.compress(orbit.coefficients)
     border = np.append(np.zeros(balance.basis.size), 1.0)
-    terms = SeriesExpansion(balance).expand(x, orbit.rate, balance.factorise(x, orbit.rate, border))
+    terms = SeriesExpansion(balance).expand(
+        balance, x, orbit.rate, balance.factorise(x, orbit.rate, border)
+    )
     step = Series.from_terms(balance, *terms, 1e-9)
     back = step.reversed()
     assert (back.start, back.length) == (-step.length, 0.0)
