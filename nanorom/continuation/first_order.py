@@ -147,6 +147,8 @@ def joined(
 
 def widened(arrays: Mapping[str, Array], count: int) -> dict[str, Array]:
     """The arrays with zeros for `count` more coordinates."""
+    if not count:
+        return dict(arrays)
     wider = {}
     for name, array in arrays.items():
         coordinates = array.ndim - (name in ("direct", "parametric"))  # the last axis: terms

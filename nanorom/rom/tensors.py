@@ -41,8 +41,12 @@ def asymmetry(tensor: Array) -> float:
 
     The tensor is symmetric in all indices but the first, or a matrix.
     """
-    largest = float(np.abs(tensor).max(initial=0.0))
-    deviation = float(np.abs(tensor - tensor.swapaxes(0, 1)).max(initial=0.0))
+    largest = max(float(tensor.max(initial=0.0)), -float(tensor.min(initial=0.0)))
+    # mode by mode: of many modes, a copy of the whole tensor would be large
+    deviation = max(
+        (float(np.abs(tensor[r] - tensor[:, r]).max(initial=0.0)) for r in range(len(tensor))),
+        default=0.0,
+    )
     return deviation / largest if largest else 0.0
 
 

@@ -26,6 +26,9 @@ GOOD_ESTIMATE = 3e-3  # of a multiplier at an interpolated root, which then need
 BESIDE_OTHERS = 0.2  # of 1/Q: a multiplier so near is the critical one, not one of all the others
 BY_IMPOSTOR = 0.1  # of its distance: a neutral saddle, nearer than that, is what was located
 ROOT_TOLERANCE = 0.1  # of a located root; polishing and shooting decide
+ESTIMATES = (
+    4  # of one root: each squares the error of the last, or the search is one by exact values
+)
 LOCATED = 1e-7  # of an interval: multipliers change by thousands within one
 ESTIMATED = 1e-3  # of an interval: interpolated roots
 ROUND_OFF = 1e-12  # of a place within a step
@@ -167,23 +170,54 @@ class Detector:
         return found
 
     def _roots(self, kind: Kind) -> list[Detected]:
-        slopes = self.path.rate_slopes(self.samples.positions)
-        signs, _ = kind.condition.test(self.eigenvalues, slopes, self.couples)
+        places, positions, eigenvalues = self.places, self.samples.positions, self.eigenvalues
+        signs = self._signs(kind, eigenvalues, positions)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
-            if kind.condition.is_spurious(*self.eigenvalues[i : i + 2]):
+            if kind.condition.is_spurious(*eigenvalues[i : i + 2]):
                 continue
-            ends = self.places[i], self.places[i + 1]
-            point = None
+            ends = places[i], places[i + 1]
             # in a narrow tongue an estimate may lead to its other end
-            if not self.path.tracer.accuracy.tongues:
-                point = self._classify(kind, self._estimate(kind, i), GOOD_ESTIMATE)
-            if point is None:
+            if self.path.tracer.accuracy.tongues:
                 point = self._located(kind, *ends, self.nearby)
-            if point is not None:
-                estimated = not self.path.tracer.accuracy.tongues
-                found.append(replace(point, bracket=(kind, *ends)) if estimated else point)
+                found += [] if point is None else [point]
+            else:
+                found += self._estimated(kind, float(positions[i]), float(positions[i + 1]))
         return found
+
+    def _signs(self, kind: Kind, eigenvalues: Array, positions: Array) -> Array:
+        """Of the test function at arc lengths."""
+        slopes = self.path.rate_slopes(positions)
+        return kind.condition.test(eigenvalues, slopes, self.couples)[0]
+
+    def _estimated(self, kind: Kind, low: float, high: float) -> list[Detected]:
+        """What is between two points where the test function changes sign, from interpolation that
+        is made better at every estimate.
+        """
+        samples, ends = self.samples, (self.path.place(low), self.path.place(high))
+        for _ in range(ESTIMATES):
+            number = int(np.searchsorted(samples.positions, low))
+            high = float(samples.positions[number + 1])
+            place = self._estimate(kind, number)
+            if not samples.insert([place]):  # a point itself is the zero
+                break
+            values = samples.eigenvalues[number + 1]
+            if self._is_impostor(kind, values):
+                return []
+            if kind.distance(values) < GOOD_ESTIMATE:
+                return [Detected(kind.at(self.path.symmetric), place, (kind, *ends))]
+            chosen = slice(number, number + 3)
+            signs = self._signs(kind, samples.eigenvalues[chosen], samples.positions[chosen])
+            low = float(samples.positions[number + int(signs[0] == signs[1])])
+        point = self._located(kind, *ends, self.nearby)
+        return [] if point is None else [replace(point, bracket=(kind, *ends))]
+
+    def _is_impostor(self, kind: Kind, eigenvalues: Array) -> bool:
+        """Whether the test function vanishes close by for another reason (a real pair with product
+        one is a neutral saddle, not a torus).
+        """
+        impostor = kind.condition.impostor(eigenvalues)
+        return impostor < GOOD_ESTIMATE and BY_IMPOSTOR * kind.distance(eigenvalues) > impostor
 
     def located(self, detected: Detected) -> Detected | None:
         """The same point from exact multipliers, if it was an estimate."""
