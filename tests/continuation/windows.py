@@ -7,7 +7,7 @@ import numpy as np
 
 from nanorom.continuation import Diagram, ModalSystem, explore
 
-RANDOM = (4, 13, 55)  # seeds of the suite; tests/stress/windows.py runs more
+RANDOM = (4, 13, 46, 55)  # seeds of the suite; tests/stress/windows.py runs more
 WIDE = (0.8, 4.0)
 NEAR = (5e-2, 2e-2)  # relative and absolute: amplitudes are read off between points
 

@@ -85,9 +85,9 @@ class Apart:
     def _beyond(self, tracer: Tracer, steps: list[Series]) -> None:
         """What a branch leads to outside the range."""
         window = self.window
-        if window is None or tracer.period_multiple > 1:
-            return
-        if np.array_equal(tracer.support.table, window.tracer.support.table):
+        if tracer.period_multiple > 1:
+            window = Window(self.record, tracer)
+        if window is not None and np.array_equal(tracer.support.table, window.tracer.support.table):
             window.meet(tracer.orbit(steps[0], 0.0))
             window.meet(self.record.end(tracer, steps))
             window.add_pieces()

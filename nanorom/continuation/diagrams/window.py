@@ -1,4 +1,4 @@
-"""The base branch where a range of frequencies cuts it: pieces that leave the range and come back.
+"""A branch where a range of frequencies cuts it: pieces that leave the range and come back.
 
 A range that begins inside a bistable region shows, from rest, the low branch only; the others are
 connected to it outside. From every orbit at an end of the range the branch is followed outwards,
@@ -73,12 +73,18 @@ class Window:
             if back is None or not self.meet(back):
                 continue
             inwards = 1.0 if back.omega < (low + high) / 2 else -1.0
-            steps = list(self.tracer.follow(back, inwards, (low, high)))
+            steps = list(self.tracer.follow(back, inwards, self._rates(low, high)))
             if not steps:
                 continue
             end = self.tracer.orbit(steps[-1], steps[-1].length)
             self.meet(end)
-            self.record.add(self.tracer, steps, None, 0)
+            # another branch may have led to it before
+            if self.tracer.period_multiple == 1 or not self.record.is_known(self.tracer, steps):
+                self.record.add(self.tracer, steps, None, int(self.tracer.period_multiple > 1))
+
+    def _rates(self, low: float, high: float) -> tuple[float, float]:
+        """Frequencies of the drive as rates of the orbits."""
+        return low / self.tracer.period_multiple, high / self.tracer.period_multiple
 
     def tell(self) -> None:
         """Note the ends of the range with several orbits."""
@@ -97,7 +103,7 @@ class Window:
             falls = orbit.omega < (low + high) / 2
             reach = self.record.settings.reach
             outer = (low / reach, low) if falls else (high, high * reach)
-            for series in self.tracer.follow(orbit, -1.0 if falls else 1.0, outer):
+            for series in self.tracer.follow(orbit, -1.0 if falls else 1.0, self._rates(*outer)):
                 end = self.tracer.orbit(series, series.length)
                 if not self._is_unstable(end):
                     beyond = end.omega * (1 - BEYOND if falls else 1 + BEYOND)
@@ -121,7 +127,7 @@ class Window:
         if orbit in self.rest and not self._may_lean(*outside, falls):
             return None
         end = None
-        for series in self.tracer.follow(orbit, -1.0 if falls else 1.0, outside):
+        for series in self.tracer.follow(orbit, -1.0 if falls else 1.0, self._rates(*outside)):
             end = self.tracer.orbit(series, series.length)
         edge = low if falls else high
         back = end is not None and abs(end.omega - edge) < AT_END * edge
