@@ -125,7 +125,8 @@ class HarmonicBalance:
 
     def _wide(self, samples: Array) -> Array:
         """Fourier coefficients (F, L, L) of a matrix from its samples."""
-        return (self.basis.analysis_wide @ samples).reshape(-1, self.size, self.size)
+        coefficients = self.basis.analysis_wide @ samples
+        return np.asarray(coefficients.reshape(len(coefficients), self.size, self.size))
 
     def jacobian_t(self, x: Array, rate: float) -> Array:
         """Transpose of dR/dX on the unknowns, (n, n)."""
