@@ -50,6 +50,7 @@ class HarmonicBalance:
         )
         self.cubic, self.loss = moving.cubic, moving.loss
         self.loss_tensor = sub.loss  # [r, k, j, l], symmetric in j, l
+        self._last: tuple[Array, Array] | None = None  # samples, and what is known of them
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
         self.has_loss = bool(self.loss.any())
@@ -71,17 +72,24 @@ class HarmonicBalance:
 
     def secant(self, v: Array) -> Array:
         """G(q) with force G(q) q, transposed: (N, L, L) flattened."""
-        g = self.cubic.of(v)
+        g = self._cubic_at(v)
         if self.has_quadratic:
-            g += v @ self.quadratic
+            g = g + v @ self.quadratic
         if self.has_parametric:
-            g += self.parametric
+            g = g + self.parametric
         return g
+
+    def _cubic_at(self, v: Array) -> Array:
+        """The cubic part of G(q): residual and Jacobian ask for it at the same samples."""
+        if not self.has_cubic:
+            return np.zeros((len(v), self.size**2))
+        if self._last is None or not np.array_equal(self._last[0], v):
+            self._last = v, self.cubic.of(v)
+        return self._last[1]
 
     def tangent(self, v: Array) -> Array:
         """d(force)/dq without the linear part, transposed: (N, L, L) flattened."""
-        g: Array = self.cubic.of(v)
-        g *= 3.0
+        g: Array = 3.0 * self._cubic_at(v)
         if self.has_quadratic:
             g += 2.0 * (v @ self.quadratic)
         if self.has_parametric:

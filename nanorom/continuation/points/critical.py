@@ -236,6 +236,8 @@ class CriticalBalance:
     ) -> Array:
         """w' (d Jacobian / dX) v as a coefficient grid."""
         basis, size = operator.basis, operator.size
+        if not (operator.has_cubic or operator.has_quadratic):
+            return np.zeros_like(left)
         q, r = basis.synthesis @ x, basis.synthesis @ right
         weights = basis.analysis.T @ left
         first, second = operator.cubic.first, operator.cubic.second

@@ -118,7 +118,7 @@ def test_series_solves_the_equations_to_the_truncation_error(system) -> None:
     border = np.append(np.zeros(balance.basis.size), 1.0)
     errors = []
     packed, rates = SeriesExpansion(balance, 8).expand(
-        x, orbit.rate, balance.factorise(x, orbit.rate, border)
+        balance, x, orbit.rate, balance.factorise(x, orbit.rate, border)
     )
     for a in (0.01, 0.02):
         weights = a ** np.arange(9)
