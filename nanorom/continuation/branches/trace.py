@@ -35,6 +35,7 @@ REST = 1e-6  # size below which an orbit is at rest
 ROUND_OFF = 1e-16  # of the largest harmonic
 MOST_UNKNOWNS = 1000  # of orbits of more than the usual harmonics: beyond, shooting costs less
 TINY = 1e-30  # of an orbit at rest
+WORK_SPACES = 2  # a step may want more harmonics, and the next one fewer again
 UNRESOLVED = 2.0  # times the tolerance: size of the last harmonics at which shooting takes over
 
 
@@ -48,7 +49,8 @@ class Tracer:
         self.settings = settings
         self.ending = "open"
         self.accuracy = Accuracy.of(system, support, settings)
-        self._balances: dict[int, tuple[HarmonicBalance, SeriesExpansion]] = {}
+        self._balances: dict[int, HarmonicBalance] = {}
+        self._expansions: dict[int, SeriesExpansion] = {}  # the last one used is the last
         moving = int(support.table.any(axis=1).sum())
         most = max(MOST_UNKNOWNS // max(2 * moving, 1), HARMONIC_LADDER[-1])
         most = min(most, settings.harmonics * period_multiple)
@@ -61,18 +63,18 @@ class Tracer:
             )
 
     def balance(self, harmonics: int) -> HarmonicBalance:
-        return self.pair(harmonics)[0]
+        if harmonics not in self._balances:
+            basis = basis_for(self.support, harmonics, self.period_multiple)
+            self._balances[harmonics] = HarmonicBalance(self.system, basis)
+        return self._balances[harmonics]
 
     def expansion(self, harmonics: int) -> SeriesExpansion:
-        return self.pair(harmonics)[1]
-
-    def pair(self, harmonics: int) -> tuple[HarmonicBalance, SeriesExpansion]:
-        if harmonics not in self._balances:
-            balance = HarmonicBalance(
-                self.system, basis_for(self.support, harmonics, self.period_multiple)
-            )
-            self._balances[harmonics] = (balance, SeriesExpansion(balance))
-        return self._balances[harmonics]
+        """Work space for series; of many modes it is large, so that the last ones alone stay."""
+        found = self._expansions.pop(harmonics, None)
+        self._expansions[harmonics] = found or SeriesExpansion(self.balance(harmonics))
+        if len(self._expansions) > WORK_SPACES:
+            del self._expansions[next(iter(self._expansions))]
+        return self._expansions[harmonics]
 
     def orbit(self, series: Series, a: float) -> Orbit:
         x, rate = series.at(a)
