@@ -227,8 +227,12 @@ def of_tensors(system: ScaledSystem) -> dict[Any, Any]:
     if key not in _of_tensors:
         _of_tensors[key] = {}
         for tensor in tensors:
-            finalize(tensor, _of_tensors.pop, key, None)
+            finalize(tensor, _forget, key)
     return _of_tensors[key]
+
+
+def _forget(key: tuple[int, ...]) -> None:
+    _of_tensors.pop(key, None)
 
 
 _of_tensors: dict[tuple[int, ...], dict[Any, Any]] = {}
