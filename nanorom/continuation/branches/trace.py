@@ -240,8 +240,10 @@ class Tracer:
 
     @property
     def left_out(self) -> float:
-        """Size of coefficients, relative to the largest, that orbits do without."""
-        return self.settings.tolerance / SPARE
+        """Size of coefficients, relative to the largest, that orbits do without: their force, too,
+        is to be small beside that of the damping.
+        """
+        return min(self.settings.tolerance / SPARE, self.accuracy.residual)
 
     def _first_harmonics(self, orbit: Orbit) -> int:
         """How many an orbit is given with at first."""
@@ -308,7 +310,8 @@ class Tracer:
             error = float(np.abs(balance.basis.pack(residual)).max(initial=0.0))
             tolerance = self.settings.tolerance
             good_tail = self.tail(balance, x) < SPARE * tolerance
-            good_tail &= self._missing(balance, x, rate, residual) < tolerance
+            missing = self._missing(balance, x, rate, residual)
+            good_tail &= missing < min(tolerance, self.accuracy.residual)
             if (
                 rate > 0
                 and error < self.accuracy.residual * scale * max(1.0, rate**2)

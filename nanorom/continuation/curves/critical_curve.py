@@ -37,6 +37,7 @@ class CriticalCurve(Curve):
         assert isinstance(here.balance, CriticalBalance)
         whole = here.balance.whole
         there = here if whole is here.balance else self._moved(here, whole)
-        less = whole.without_small(there.z, LEFT_OUT * self.tolerance)
+        part = min(LEFT_OUT * self.tolerance, self.small_force)
+        less = whole.without_small(there.z, part)
         same = np.array_equal(less.basis.taken, here.balance.basis.taken)
         return here if same else self._moved(there, less)

@@ -14,6 +14,7 @@ import attrs
 import numpy as np
 from scipy.optimize import brentq
 
+from nanorom.continuation.branches.accuracy import least_loss
 from nanorom.continuation.branches.march import STRAIGHT, March, StepControl
 from nanorom.continuation.orbits.harmonics import (
     HARMONIC_LADDER,
@@ -27,6 +28,7 @@ from nanorom.types import Array
 
 NEWTON = 1e-9  # of the unknowns: the last change of Newton's method
 SQUARED = 1e-2  # of the tolerance: a last change that leaves an error much smaller than it
+BESIDE_DAMPING = 1e-3  # of the damping, 1/Q: what may be left out of an orbit
 TURN = 1e-9  # of a step, to which a turn of the parameter is located
 NEWTON_STEPS, EASY_STEPS = 8, 4
 FIRST = 0.1  # of the largest step
@@ -90,6 +92,11 @@ class Curve(ABC):
     limits: tuple[tuple[float, float], tuple[float, float]]
     tolerance: float
     at: Sequence[float] = ()
+    small_force: float = attrs.field(init=False)  # of the orbit, beside that of the damping
+
+    @small_force.default
+    def _of_damping(self) -> float:
+        return BESIDE_DAMPING * least_loss(self.origin.plus(self.change, 1.0))
 
     @abstractmethod
     def equations(self, support: Support, harmonics: int) -> Equations:
@@ -205,7 +212,7 @@ class Curve(ABC):
     @property
     def _solved(self) -> float:
         """Of the unknowns: the last change of Newton's method, which the next one would square."""
-        return max(NEWTON, SQUARED * self.tolerance)
+        return max(NEWTON, min(SQUARED * self.tolerance, self.small_force))
 
     def _inside(self, point: Point) -> bool:
         (low, high), (least, most) = self.limits

@@ -197,7 +197,6 @@ class Detector:
         samples, ends = self.samples, (self.path.place(low), self.path.place(high))
         for _ in range(ESTIMATES):
             number = int(np.searchsorted(samples.positions, low))
-            high = float(samples.positions[number + 1])
             place = self._estimate(kind, number)
             if not samples.insert([place]):  # a point itself is the zero
                 break
