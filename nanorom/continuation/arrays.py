@@ -27,19 +27,23 @@ def without_round_off(values: Array | float) -> Array:
     Systems that differ by their units alone become the same to the last bit, and so do their
     diagrams: at a threshold, round-off would otherwise change the steps taken.
     """
-    rounded = np.array(values, dtype=float)
-    if rounded.any():
-        bits = rounded.reshape(-1).view(np.int64)  # of the modulus; the first is the sign
+    return _round(np.array(values, dtype=float, order="C"))
+
+
+def _round(own: Array) -> Array:
+    """The same, of an array that nobody else has."""
+    if own.any():
+        bits = own.reshape(-1).view(np.int64)  # of the modulus; the first is the sign
         bits += HALF
         bits &= ~(2 * HALF - 1)
-    return rounded
+    return own
 
 
 def times(values: Array, factor: float) -> Array:
     """An array times a factor without round-off; of zeros, which stay memory that is not touched,
     themselves.
     """
-    return without_round_off(values * factor) if values.any() else values
+    return _round(np.multiply(values, factor, order="C")) if values.any() else values
 
 
 def checked(value: object, shape: tuple[int, ...], name: str) -> Array:
