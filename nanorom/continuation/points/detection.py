@@ -57,8 +57,8 @@ class Detected:
 
 
 class Detector:
-    """Finds the special points of one path; the points it evaluates on the way become points of the
-    branch.
+    """Finds the special points of one path; most points that it evaluates on the way become points
+    of the branch.
 
     The interpolation of `samples` tells where a test function may change sign or dip; only there
     monodromy matrices are evaluated again.
@@ -70,16 +70,22 @@ class Detector:
         self.couples = self.samples.couples
         self.paired = bool(pairs(path.tracer.system, NEARLY_EQUAL))
         self.kinds = crossed(path.tracer.system.size)
+        self.estimates: list[float] = []  # positions
 
     @property
     def places(self) -> list[Place]:
-        """Points of the path whose multipliers are known exactly."""
-        return self.samples.places
+        """Points of the path whose multipliers are known exactly, but for those that were estimates
+        of special points.
+        """
+        return [self.samples.places[i] for i in self._asked()]
 
     @property
     def eigenvalues(self) -> Array:
         """Those (n, 2L) of the monodromy matrices there."""
-        return self.samples.eigenvalues
+        return np.asarray(self.samples.eigenvalues[self._asked()])
+
+    def _asked(self) -> Array:
+        return np.flatnonzero(~np.isin(self.samples.positions, self.estimates))
 
     def find(self) -> list[Detected]:
         """All special points in order along the path."""
@@ -104,7 +110,7 @@ class Detector:
 
     def _uncounted(self, found: list[Detected]) -> list[Detected]:
         """What crosses the circle between neighbours beside the points found there."""
-        counts = outside(self.eigenvalues)
+        counts = outside(self.samples.eigenvalues)
         places = np.array([self.path.position(point.place) for point in found])
         missed: list[Detected] = []
         for i in range(len(counts) - 1):
@@ -113,7 +119,7 @@ class Detector:
             crossed = sum(found[j].kind.multipliers for j in inside)
             change = abs(counts[i + 1] - counts[i])
             if change > crossed or (crossed and self.paired):
-                values = self.eigenvalues[i], self.eigenvalues[i + 1]
+                values = self.samples.eigenvalues[i], self.samples.eigenvalues[i + 1]
                 others = crossings(self.path, ends, values, np.sort(places[inside]))
                 missed += [Detected(kind, place, multiplicity=m) for kind, place, m in others]
         return missed
@@ -170,7 +176,11 @@ class Detector:
         return found
 
     def _roots(self, kind: Kind) -> list[Detected]:
-        places, positions, eigenvalues = self.places, self.samples.positions, self.eigenvalues
+        places, positions, eigenvalues = (
+            self.samples.places,
+            self.samples.positions,
+            self.samples.eigenvalues,
+        )
         signs = self._signs(kind, eigenvalues, positions)
         found = []
         for i in np.flatnonzero(signs[1:] != signs[:-1]):
@@ -200,6 +210,7 @@ class Detector:
             place = self._estimate(kind, number)
             if not samples.insert([place]):  # a point itself is the zero
                 break
+            self.estimates.append(float(samples.positions[number + 1]))
             values = samples.eigenvalues[number + 1]
             if self._is_impostor(kind, values):
                 return []
