@@ -124,3 +124,30 @@ def test_a_larger_model_that_cannot_be_had_is_told():
         model = nanorom.reduce(scene)
     assert model.larger is None
     assert "not_estimated" in model_text(model)
+
+
+STRING = nanorom.Scene(
+    geometry=nanorom.String(300e-6, 3e-6),
+    plate=nanorom.Plate(thickness=100e-9),
+    material=nanorom.Material(250e9, 0.23, 3100.0),
+    tension=nanorom.Tension(80.0, 0.0),
+    support=nanorom.Support({"left": "clamped", "right": "clamped"}),
+    modes=nanorom.Modes("auto"),
+    accuracy=nanorom.Accuracy(1e-3, response=TOLERANCE),
+    damping=nanorom.Damping(1e4),
+    drive=nanorom.Drive([0.4]),
+    sweep=nanorom.Sweep("0.9996 f1", "1.0014 f1"),
+)
+
+
+def test_modes_of_a_string_are_chosen_among_those_that_do_not_bend_it_sideways():
+    """Its twist beside its bending would, below the modes that the pressure moves."""
+    model, response = followed(STRING)
+    assert set(model.label) <= {"(1,0)", "(3,0)", "(5,0)", "(7,0)"}
+    assert model.larger is not None
+    assert "(3,0)" in model.larger.label
+    assert not any("1)" in label for label in model.larger.label)
+    assert 0 < response.error < TOLERANCE
+    _, more = followed(STRING.with_(modes=nanorom.Modes(select=[1, 3, 5, 7])))
+    for _, omega, amplitude in differences(response, more):
+        assert max(omega, amplitude) < TOLERANCE
