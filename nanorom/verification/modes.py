@@ -23,7 +23,7 @@ from nanorom.results.question import Question
 from nanorom.rom.larger import Larger, extended
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.excitation import Frequency, Sweep
-from nanorom.scene.request import FIRST, Accuracy, Modes
+from nanorom.scene.request import FIRST, MOST_MODES, Accuracy, Modes
 from nanorom.scene.scene import Scene
 from nanorom.types import Progress
 from nanorom.verification.symmetry import Classes
@@ -96,7 +96,10 @@ def _most(scene: Scene, count: int, own: Sequence[int], groups: int | None) -> R
     Of modes that are given by number, and more.
     """
     beyond = len(own)
-    numbers = list(range(1, count + 1))
+    more = [number for number in range(1, count + 1) if number not in own]
+    numbers = sorted([*own, *more[: MOST_MODES - beyond]])
+    if len(numbers) == beyond and more:
+        raise SolverError(f"no model has more than {MOST_MODES} modes")
     while True:
         try:
             with warnings.catch_warnings():

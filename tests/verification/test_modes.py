@@ -8,6 +8,7 @@ import nanorom
 from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.report.text import model_text, response_text
 from nanorom.results.response import Response
+from nanorom.verification import modes
 from tests.verification.conftest import drum
 
 TOLERANCE = 1e-3
@@ -124,6 +125,28 @@ def test_a_larger_model_that_cannot_be_had_is_told():
         model = nanorom.reduce(scene)
     assert model.larger is None
     assert "not_estimated" in model_text(model)
+
+
+@pytest.mark.parametrize(
+    ("asked", "looked_at"),
+    [(3, 11), (95, 100), ([1, 2, 150], 100), (100, None)],
+)
+def test_no_larger_model_has_more_modes_than_a_model_may(asked, looked_at, monkeypatch):
+    """Ninety modes and more could not be reduced once, for there are none a hundred and two."""
+    scene, model = drum(asked, **SECTIONS), nanorom.reduce(drum(1))
+    seen = []
+
+    def reduced(wide, **_):
+        seen.append(wide.modes.numbers)
+        raise ValueError("as it is")
+
+    monkeypatch.setattr(modes, "reduce_scene", reduced)
+    told = "no model has more than 100" if looked_at is None else "as it is"
+    with pytest.warns(AccuracyWarning, match=told):
+        modes.with_larger(scene, model)
+    if looked_at:
+        assert len(seen[0]) == looked_at
+        assert set(scene.modes.numbers) < set(seen[0])
 
 
 STRING = nanorom.Scene(
