@@ -2,9 +2,9 @@
 
     python -m tests.benchmarks.frames PAGE...      pages of `nanorom run` or `nanorom view`
 
-Chromium draws WebGL by SwiftShader in both rows of a page; it puts the page together by the processor's
-own code ("page by Skia"), or by SwiftShader, too ("page by SwiftShader"), which is dearer. Time of the
-processor is that of all processes of the browser.
+Chromium draws WebGL by SwiftShader in both rows of a page; it puts the page together by the
+processor's own code ("Skia"), or by SwiftShader, too, which is dearer. Time of the processor is
+that of all processes of the browser.
 """
 
 import contextlib
