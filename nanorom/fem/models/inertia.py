@@ -7,7 +7,7 @@ resonances are far above those of the modes, whose products move at up to twice 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from nanorom.errors import AccuracyWarning, SolverError
 from nanorom.fem.symmetry import Parity
@@ -24,19 +24,22 @@ class SlowPlaneError(SolverError):
 
 
 def check(
-    in_plane: float, highest: float, classes: Mapping[int, Parity], slender: bool = False
+    in_plane: float,
+    highest: float,
+    classes: Mapping[int, Parity],
+    slender: Callable[[], bool] = lambda: False,
 ) -> None:
     """Raise SlowPlaneError unless in-plane resonances are above the modes; warn if they are near.
 
     in_plane : a bound from above on the lowest in-plane frequency; highest : the largest frequency
-    of the modes, both in Hz; classes : of symmetry of the modes by number; slender : the film bends
-    in its plane as a string does, which tension makes faster too.
+    of the modes, both in Hz; classes : of symmetry of the modes by number; slender : whether the
+    film bends in its plane as a string does, which tension makes faster too, asked when it matters.
     """
     fastest = 2 * highest
     if in_plane > NEAR * fastest:
         return
     told = f"in-plane resonances begin at {in_plane:.3g} Hz or below, "
-    remedy = "make the film wider" if slender else "lower the tension"
+    remedy = "make the film wider" if slender() else "lower the tension"
     if in_plane <= highest:
         raise SlowPlaneError(
             f"{told}that is below the highest mode's {highest:.3g} Hz: the film's plane does not "
