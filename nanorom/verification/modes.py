@@ -14,8 +14,7 @@ from collections.abc import Sequence
 import attrs
 import numpy as np
 
-from nanorom.errors import AccuracyWarning, SolverError
-from nanorom.fem.models.inertia import SlowPlaneError
+from nanorom.errors import AccuracyWarning, SlowPlaneError, SolverError
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.solvers.groups import shared, together
 from nanorom.results.choice import Choice, Search

@@ -9,24 +9,15 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 
-from nanorom.errors import AccuracyWarning, SolverError
-from nanorom.fem.symmetry import Parity
+from nanorom.errors import AccuracyWarning, SlowPlaneError
 
 NEAR = 2.0  # times the fastest product of two modes: in-plane resonances below that are told of
-
-
-class SlowPlaneError(SolverError):
-    """The film's plane does not follow some modes; classes : of symmetry of each, by number."""
-
-    def __init__(self, message: str, classes: Mapping[int, Parity]) -> None:
-        super().__init__(message)
-        self.classes = classes
 
 
 def check(
     in_plane: float,
     highest: float,
-    classes: Mapping[int, Parity],
+    classes: Mapping[int, tuple[int, ...]],
     slender: Callable[[], bool] = lambda: False,
 ) -> None:
     """Raise SlowPlaneError unless in-plane resonances are above the modes; warn if they are near.
