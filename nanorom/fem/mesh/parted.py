@@ -28,8 +28,8 @@ def is_cut(scene: Scene) -> bool:
 
 
 def radii(scene: Scene, length: float) -> tuple[float, ...]:
-    """Of the circles inside a drum of radius 1 at which regions, masses or its load end, all of them
-    about its centre.
+    """Of the circles inside a drum of radius 1 at which regions, masses or its load end, all
+    about the centre.
     """
     found = [r / length for region in scene.regions for r in region.radii]
     found += [mass.radius / length for mass in scene.masses if mass.radius]
