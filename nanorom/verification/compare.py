@@ -25,6 +25,7 @@ from nanorom.verification.stability import Stability
 
 VERIFIED = 1e-6  # residual by the drive: errors are told to 1e-5 at best, more digits are dear
 
+
 @attrs.frozen(eq=False)
 class Comparison:
     """A row of the table: the modal orbit's estimate, and the film's orbit or None.
@@ -88,7 +89,7 @@ def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, 
     left = np.inf
     for border in borders:
         try:
-            found = correct(problem.model, problem.start, problem.rate, border, VERIFIED)
+            found = correct(problem.model, *problem.nearer(border), border, VERIFIED)
         except NoOrbitError as error:
             left = min(left, error.residual)
         else:

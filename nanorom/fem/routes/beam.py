@@ -76,7 +76,7 @@ class BeamRoute(Route):
         found = modes(beam, scene.modes.highest)
         index = np.array(scene.modes.numbers) - 1
         axial = beam.axial_frequency
-        inertia.check(axial, found.frequency[index[-1]])
+        inertia.check(axial, found.frequency[index[-1]], dict.fromkeys(scene.modes.numbers, ()))
         pick, motion = np.ix_(index, index), motion_of(found, index, width)
         names = [f"({n + 1},0)" for n in index]
         return Parts(
