@@ -25,6 +25,7 @@ from nanorom.verification.stability import Stability
 
 VERIFIED = 1e-6  # residual by the drive: errors are told to 1e-5 at best, more digits are dear
 
+
 @attrs.frozen(eq=False)
 class Comparison:
     """A row of the table: the modal orbit's estimate, and the film's orbit or None.

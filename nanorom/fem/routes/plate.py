@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import comb
 from typing import Any
 
@@ -119,8 +120,7 @@ def solve(
             deflected = static.deflection is not None
             raise SolverError(buckling.told(plate, scales.tension, deflected)) from error
         stiffening = accuracy.stiffening_of(plate, static.tension)
-        unsure = 2 * accuracy.of_modes(modes, stiffening).frequency
-        modes, names = labels.name(scene, modes, 2 * float(unsure.max()))
+        modes, names = labels.name(scene, modes, accuracy.unsure(modes, stiffening))
         selected = np.array(scene.modes.numbers) - 1
         modes, errors = normalise_film(modes, selected, stiffening)
     with watch.stage("tensors"):
@@ -253,8 +253,6 @@ class PlateRoute(Route):
     def groups(self, plan: Plan, ranks: int, memory: float) -> int:
         """Groups share classes of symmetry, which wait for each other less than ranks that share a
         mesh do; memory in free bytes."""
-        if ranks == 1:
-            return 1
         most = plan.cut.copies
         if (dofs := plan.dofs) is not None:
             most = min(most, int(SHARE * memory / (BYTES_PER_DOF * plan.degree * dofs)))
@@ -325,7 +323,7 @@ class PlateRoute(Route):
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
         in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)
-        inertia.check(in_plane, frequency[-1], lateral.is_slender(plate))
+        inertia.check(in_plane, frequency[-1], partial(lateral.is_slender, plate))
         with watch.stage("patterns"):
             products = modal_products(modes)
             units = state.Units.of(scene, scales.length, scales.tension)
