@@ -6,6 +6,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
+from nanorom.cli import shared
 from nanorom.cli.given import integer, progress_bar
 
 
@@ -62,7 +63,7 @@ def _processes(options: argparse.Namespace) -> int | None:
 
 def _options(name: str, asked: str, beside: str, parser: argparse.ArgumentParser) -> None:
     """Scene, what is asked of it, file and processes."""
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
+    shared.scene(parser)
     parser.add_argument(name, type=Path, metavar=name.upper(), help=f"{asked} (TOML)")
     parser.add_argument(
         "-o",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nanorom.cli import commands, devices, measured
+from nanorom.cli import shared
 
 
 class Command(NamedTuple):
@@ -28,11 +29,11 @@ def build_parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentPar
         description="Reduced-order models of nanomechanical resonators from first principles.",
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
-    shared = argparse.ArgumentParser(add_help=False)
-    shared.add_argument("--debug", action="store_true", help="show tracebacks")
+    debug = argparse.ArgumentParser(add_help=False)
+    debug.add_argument("--debug", action="store_true", help="show tracebacks")
     verbs = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name, (run, text, options) in COMMANDS.items():
-        command = verbs.add_parser(name, parents=[shared], help=text, description=text)
+        command = verbs.add_parser(name, parents=[debug], help=text, description=text)
         command.set_defaults(command=run)
         if arguments is None or name in arguments:
             options(command)
@@ -40,27 +41,27 @@ def build_parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentPar
 
 
 def _run(parser: argparse.ArgumentParser) -> None:
-    _add_scene(parser)
+    shared.scene(parser)
     where = "results; default: results/SCENE without .toml"
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help=where)
-    _add_groups(parser)
-    _add_overrides(parser)
+    shared.groups(parser)
+    shared.overrides(parser)
 
 
 def _plan(parser: argparse.ArgumentParser) -> None:
-    _add_scene(parser)
-    _add_overrides(parser)
+    shared.scene(parser)
+    shared.overrides(parser)
 
 
 def _reduce(parser: argparse.ArgumentParser) -> None:
-    _add_scene(parser)
+    shared.scene(parser)
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="ROM", help="rom.h5")
-    _add_groups(parser)
-    _add_overrides(parser)
+    shared.groups(parser)
+    shared.overrides(parser)
 
 
 def _tune(parser: argparse.ArgumentParser) -> None:
-    _add_scene(parser)
+    shared.scene(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -70,11 +71,11 @@ def _tune(parser: argparse.ArgumentParser) -> None:
         help="tuning.h5; the table tuning.csv and the picture tuning.png come beside it",
     )
     parser.add_argument("--points", default="20", help="about how many states (20)")
-    _add_overrides(parser)
+    shared.overrides(parser)
 
 
 def _verify(parser: argparse.ArgumentParser) -> None:
-    _add_scene(parser)
+    shared.scene(parser)
     parser.add_argument(
         "response",
         type=Path,
@@ -95,7 +96,7 @@ def _verify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--estimate", action="store_true", help="estimate errors alone, solve for no orbit"
     )
-    _add_overrides(parser)
+    shared.overrides(parser)
 
 
 def _info(parser: argparse.ArgumentParser) -> None:
@@ -172,7 +173,7 @@ def _identify(parser: argparse.ArgumentParser) -> None:
         metavar="MEASURED",
         help="tables of resonances (frequency, label) or of sweeps (frequency, amplitude, level)",
     )
-    _add_columns(parser)
+    shared.columns(parser)
     parser.add_argument(
         "--labels", metavar="NAMES", help="of sweeps: modes of the peaks by frequency, f01,f11s"
     )
@@ -187,7 +188,7 @@ def _identify(parser: argparse.ArgumentParser) -> None:
 
 
 def _sensitivity(parser: argparse.ArgumentParser) -> None:
-    _add_scene(parser)
+    shared.scene(parser)
     parser.add_argument(
         "--of",
         metavar="NAMES",
@@ -205,7 +206,7 @@ def _sensitivity(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="TABLE", help="CSV; a picture comes beside it"
     )
-    _add_overrides(parser)
+    shared.overrides(parser)
 
 
 def _peaks(parser: argparse.ArgumentParser) -> None:
@@ -216,7 +217,7 @@ def _peaks(parser: argparse.ArgumentParser) -> None:
         metavar="SWEEPS",
         help="tables: frequency, amplitude, sweep, level; or of ring-downs: time, amplitude",
     )
-    _add_columns(parser)
+    shared.columns(parser)
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="gets peaks.csv and a picture of each peak"
     )
@@ -231,7 +232,7 @@ def _plot(parser: argparse.ArgumentParser) -> None:
         metavar="MEASURED",
         help="tables to draw over a response: frequency, amplitude (unit), sweep, level",
     )
-    _add_columns(parser)
+    shared.columns(parser)
     parser.add_argument(
         "--read",
         metavar="OUTPUT",
@@ -241,6 +242,13 @@ def _plot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--harmonic", default="1", help="of the drive's frequency that is read (1); 1/2, 2, ..."
     )
+    parser.add_argument(
+        "--comb",
+        action="store_true",
+        help="of a response, instead: the spectrum over drive frequency of a sweep up in time at "
+        "one level, by the rom.h5 beside it",
+    )
+    parser.add_argument("--level", help="of the comb, from 1 (the last)")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
     )
@@ -281,38 +289,6 @@ def _bench(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_scene(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="scene file (TOML)")
-
-
-def _add_columns(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--columns",
-        metavar="NAMES",
-        help="which columns of a table are meant, by name or number: frequency=f0,amplitude=3",
-    )
-
-
-def _add_overrides(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("instead of what the scene says")
-    group.add_argument("--method", help="direct | step | tangent")
-    group.add_argument("--in-plane", help="free | fixed")
-    group.add_argument("--solver", help="auto | factors | multigrid: slower, for less memory")
-    group.add_argument("--modes", help="a count (11) or mode numbers (1,2,6)")
-    group.add_argument("--tolerance", help="relative error to aim at (1e-6)")
-    group.add_argument("--degree", help="polynomial degree, together with a mesh size")
-    group.add_argument("--mesh-size", help='size of the cells ("0.2 um")')
-
-
-def _add_groups(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--groups",
-        metavar="G",
-        help="under mpirun: groups of ranks that share load cases, each with the whole mesh "
-        "(default: as many as share classes of symmetry and fit into memory)",
-    )
-
-
 class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         from nanorom.version import version
@@ -321,76 +297,93 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+def _of(module: str, function: str) -> Callable[[Any], None]:
+    """A function of a module beside this one, imported when it runs: help needs none of them."""
+
+    def run(given: Any) -> None:
+        getattr(import_module(f"nanorom.cli.{module}"), function)(given)
+
+    return run
+
+
 COMMANDS = {
     "run": Command(
-        commands.run_command, "Do everything a scene asks for: model, response, pictures.", _run
+        _of("commands", "run_command"),
+        "Do everything a scene asks for: model, response, pictures.",
+        _run,
     ),
     "plan": Command(
-        commands.plan_command,
+        _of("commands", "plan_command"),
         "Say what a scene needs, what is skipped and why, and its cost.",
         _plan,
     ),
-    "reduce": Command(commands.reduce_command, "Reduce a scene to its modal model.", _reduce),
+    "reduce": Command(
+        _of("commands", "reduce_command"), "Reduce a scene to its modal model.", _reduce
+    ),
     "tune": Command(
-        commands.tune_command,
+        _of("commands", "tune_command"),
         "Follow deflection and frequencies as a scene's [load] grows.",
         _tune,
     ),
     "verify": Command(
-        commands.verify_command,
+        _of("commands", "verify_command"),
         "Hold a response against the whole film's own periodic orbits.",
         _verify,
     ),
-    "info": Command(commands.info_command, "Print what a file of nanorom holds.", _info),
+    "info": Command(_of("commands", "info_command"), "Print what a file of nanorom holds.", _info),
     "respond": Command(
-        commands.respond_command, "Follow the frequency response of a reduced model.", _respond
+        _of("commands", "respond_command"),
+        "Follow the frequency response of a reduced model.",
+        _respond,
     ),
     "export": Command(
-        commands.export_command,
+        _of("commands", "export_command"),
         "Hand a model or a response to other programs or tables.",
         _export,
     ),
     "effective": Command(
-        commands.effective_command,
+        _of("commands", "effective_command"),
         "Tell what a fit of a single oscillator to a mode returns, and which modes cause it.",
         _effective,
     ),
     "identify": Command(
-        measured.identify_command,
+        _of("measured", "identify_command"),
         "Find tension, Young's modulus and more from resonances.",
         _identify,
     ),
     "sensitivity": Command(
-        commands.sensitivity_command,
+        _of("commands", "sensitivity_command"),
         "Tell by how many per cent results change for each per cent of a scene's numbers.",
         _sensitivity,
     ),
     "sweep": Command(
-        devices.sweep_command,
+        _of("devices", "sweep_command"),
         "Reduce many devices, a grid or samples of a scene's keys, into one table.",
-        devices.sweep_options,
+        _of("devices", "sweep_options"),
     ),
     "design": Command(
-        devices.design_command,
+        _of("devices", "design_command"),
         "Find the device that is best at something, within bounds and under conditions.",
-        devices.design_options,
+        _of("devices", "design_options"),
     ),
     "peaks": Command(
-        measured.peaks_command,
+        _of("measured", "peaks_command"),
         "Find Q, Duffing coefficient, damping and folds of every peak, without a model.",
         _peaks,
     ),
     "plot": Command(
-        commands.plot_command,
+        _of("commands", "plot_command"),
         "Draw a result file: modes, responses, load curves, the film beside its model.",
         _plot,
     ),
     "view": Command(
-        commands.view_command,
+        _of("commands", "view_command"),
         "Make a page to work with of a file, or of a folder: diagrams, the moving film, tables.",
         _view,
     ),
     "bench": Command(
-        commands.bench_command, "Measure run time against error, and numerical stability.", _bench
+        _of("commands", "bench_command"),
+        "Measure run time against error, and numerical stability.",
+        _bench,
     ),
 }

@@ -39,7 +39,7 @@ def reduce_scene(
     route.check(scene)
     plan, watch = Plan.of(scene), Stopwatch(progress)
     if groups is None:
-        groups = route.groups(plan, comm.size, memory(comm))
+        groups = route.groups(plan, comm.size, memory(comm)) if comm.size > 1 else 1
     team = split(comm, groups)
     journal = Journal(output, key_of(scene, comm.size) if output else "", comm)
     parts = route.parts(plan, team, watch, journal)

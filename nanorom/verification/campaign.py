@@ -15,13 +15,15 @@ from nanorom.results.response import Response
 from nanorom.results.verified import Verified
 from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
-from nanorom.verification.assemble import assemble
+from nanorom.verification.assemble import assemble, check
 from nanorom.verification.assembled import Film
 from nanorom.verification.compare import Comparison, compare
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.stability import Stability
 
 POINTS = 24  # of a level
+TAIL = 1e-7  # of the largest coefficient: harmonics below are left out of orbits whose errors are
+# told to 1e-5 at best; each would be near resonance with many modes, and make an orbit dear
 NUMBERS = (
     "residual",
     "omega_full",
@@ -58,6 +60,7 @@ def verify(
     Raises SceneError for a scene that has not the response's modes or no film, SolverError as
     `nanorom.reduce`.
     """
+    check(scene, response.drive)
     chosen = _chosen(response, level, points)
     film = _with_modes_of(assemble(scene, more), response)
     levels = response.drive.levels
@@ -85,7 +88,8 @@ def _chosen(response: Response, level: int | None, points: int) -> list[Chosen]:
     if level is not None and not 1 <= level <= count:
         raise SceneError(f"level: found {level}; allowed: 1 to {count}")
     numbers = range(count) if level is None else [level - 1]
-    return [point for n in numbers for point in of_level(n, response.diagrams[n], points)]
+    chosen = [point for n in numbers for point in of_level(n, response.diagrams[n], points)]
+    return [attrs.evolve(point, orbit=point.orbit.without_tail(TAIL)) for point in chosen]
 
 
 def _with_modes_of(film: Film, response: Response) -> Film:

@@ -7,6 +7,7 @@ import itertools
 import attrs
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 from nanorom.continuation import Diagram
 from nanorom.plots.curves import stretches
@@ -27,6 +28,7 @@ pytestmark = pytest.mark.skipif(
 SINGLE = 2e-7  # relative: numbers that the page holds in binary32
 SHOWN = 5.1e-6  # relative: numbers that are written with six digits
 PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1, "k": 1e3, "M": 1e6}
+PIXEL = 1.0  # of the screen; charts are 300 wide, films of this size move by 60
 SIZE = 3_000_000  # bytes of a page at most
 
 
@@ -204,6 +206,85 @@ def test_moving_film_is_the_sum_of_the_shapes(opened, model, response):
     instants = np.arange(motion.INSTANTS) * orbit.period / motion.INSTANTS
     most = np.abs(motion.deflection(model, orbit, instants)).max()
     assert largest == pytest.approx(most, rel=1e-6)
+
+
+def test_only_the_film_is_drawn_anew_while_it_moves(opened, response):
+    click_point(opened, 1, 10)
+    drawn = opened.evaluate("""new Promise((done) => {
+        const { film, motion, response } = nanorom;
+        let [charts, pictures] = [0, film.pictures];
+        const places = [];
+        for (const { plot } of [motion.time.chart, motion.spectrum.chart, response.chart])
+            plot.hooks.draw.push(() => { charts += 1; });
+        const step = (left) => {
+            film.theta = left / 2;
+            film.draw();
+            const mark = motion.time.chart.line.getBoundingClientRect().left;
+            const over = motion.time.chart.plot.over.getBoundingClientRect();
+            places.push([left / 2 / (2 * Math.PI), (mark - over.left) / over.width]);
+            if (left) requestAnimationFrame(() => step(left - 1));
+            else done([charts, film.pictures - pictures, places]);
+        };
+        requestAnimationFrame(() => step(10));
+    })""")
+    charts, pictures, places = drawn
+    assert (charts, pictures) == (0, 11)
+    phase, place = np.array(places).T
+    assert np.abs(phase - place).max() < PIXEL / 300
+
+
+def flat(points, cells):
+    """Twice the areas of triangles, turned as they are."""
+    a, b, c = (points[cells[:, k]] for k in range(3))
+    (x, y), (u, v) = (b - a).T, (c - a).T
+    return x * v - y * u
+
+
+def wave(points):
+    x, y = points.T
+    return np.sin(np.pi * x) * np.cos(2 * np.pi * y)
+
+
+def rim(cells):
+    """Edges that one triangle has alone."""
+    edges = np.sort(cells[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    return edges[count == 1]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_fewer_triangles_cover_the_same_film(opened, seed):
+    """Random points in a square with a round hole: outline, area and turn stay, heights nearly."""
+    rng = np.random.default_rng(seed)
+    angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    side = np.linspace(-0.5, 0.5, 30)
+    across = np.column_stack([side, np.full(30, 0.5)])
+    square = np.vstack([across, -across, across[:, ::-1], -across[:, ::-1]])
+    hole = 0.2 * np.column_stack([np.cos(angle), np.sin(angle)])
+    within = rng.uniform(-0.49, 0.49, size=(6000, 2))
+    within = within[np.hypot(*within.T) > 0.21]
+    points = np.unique(np.vstack([square, hole, within]).round(9), axis=0)
+    cells = Delaunay(points).simplices
+    cells = cells[np.hypot(*points[cells].mean(axis=1).T) > 0.2 * np.cos(np.pi / 60) ** 2]
+    cells = np.where((flat(points, cells) < 0)[:, None], cells[:, ::-1], cells)
+    cells = cells[flat(points, cells) > 1e-12]
+    fixed = np.zeros(len(points), dtype=int)
+    fixed[rim(cells)] = 1
+    places = np.column_stack([points, 0 * points[:, 0]])
+    given = (
+        f"new Float32Array({places.ravel().tolist()}), new Uint32Array({cells.ravel().tolist()})"
+    )
+    found = opened.evaluate(
+        f"import('thinned').then((part) => [...part.thinned({given}, {fixed.tolist()}, 1 / 48)])"
+    )
+    fewer = np.array(found).reshape(-1, 3)
+    assert len(fewer) < len(cells) / 2
+    area = flat(points, fewer)
+    assert area.min() > 0
+    assert area.sum() == pytest.approx(flat(points, cells).sum(), rel=1e-12)
+    assert np.array_equal(rim(fewer), rim(cells))
+    middle = points[fewer].mean(axis=1)
+    assert np.abs(wave(points)[fewer].mean(axis=1) - wave(middle)).max() < PIXEL / 60
 
 
 def test_each_mode_of_the_gallery_moves_in_its_shape(opened, model):

@@ -86,6 +86,8 @@ def directions(
     sums = [fem.Function(space), fem.Function(space)]
     tensors = np.zeros((2, len(sums[0].x.array) // 2, 2))
     for kind, facets in edges.items():
+        if not len(facets):
+            continue
         nodes, tangent = _edge_nodes(domain, degree, space, facets)
         x, y = tangent.T if kind == "tangential" else (tangent * [1.0, -1.0])[:, ::-1].T
         if kind == "fixed":
@@ -169,11 +171,10 @@ def _motions(
     motions[:, 0, 0] = motions[:, 1, 1] = 1.0
     motions[:, :, 2] = places[:, ::-1] * [-1.0, 1.0]
     owned = motions[: index_map.size_local]
-    xx, yy, xy = tensor[: index_map.size_local].T
-    matrices = np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2)
-    seen = np.einsum("nam,nab,nbk->mk", owned, matrices, owned)
-    square = np.einsum("nam,nak->mk", owned, owned)
-    seen, square = comm.allreduce(np.array([seen, square]))
+    x, y = owned[:, 0], owned[:, 1]
+    xx, yy, xy = tensor[: index_map.size_local].T[..., None]
+    seen = x.T @ (xx * x + xy * y) + y.T @ (xy * x + yy * y)
+    seen, square = comm.allreduce(np.array([seen, x.T @ x + y.T @ y]))
     root = np.linalg.inv(np.linalg.cholesky(square))
     values, vectors = np.linalg.eigh(root @ seen @ root.T)
     motions = motions @ (root.T @ vectors[:, values < RIGID])

@@ -20,7 +20,7 @@ from mpi4py import MPI
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.models.plate import Plate
-from nanorom.fem.modes.eigen import NEAR, Modes
+from nanorom.fem.modes.eigen import NEAR, Modes, clusters
 from nanorom.fem.solvers import algebra, compat
 from nanorom.scene import elasticity
 
@@ -86,6 +86,16 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     if modes.shift is not None:
         frequency += modes.shift
     return ModeErrors(frequency, rounding, average + mixing, scale, mixing)
+
+
+def unsure(modes: Modes, stiffening: float = 0.0) -> float:
+    """Relative error of squared frequencies, where some are so near that it matters; else 0.
+
+    Collective.
+    """
+    if len(clusters(modes.eigenvalues, NEAR)) == len(modes.eigenvalues):
+        return 0.0
+    return 4 * float(of_modes(modes, stiffening).frequency.max())
 
 
 def _mixing(modes: Modes, frequency: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import algebra, compat, groups
 from nanorom.fem.symmetry import Parity, product_parity
-from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors import inplane, lateral
 from nanorom.fem.tensors.equilibrium import Equilibrium
 from nanorom.fem.tensors.inplane import InPlane
 
@@ -148,7 +148,7 @@ def _displacements(
 
     Collective.
     """
-    known = {}
+    known, slender = {}, lateral.is_slender(plate)
     loads = {parity: membrane.no_load(plate, len(p)) for parity, p in pairs.items()}
     for field, _, parity, strain in _pair_strains(plate, shapes, pairs):
         force = membrane.force(plate, field, strain) * field.weights[..., None]
@@ -161,7 +161,8 @@ def _displacements(
         if number == len(loads):
             stiffness.destroy()
         equilibrium.respond(loads[parity], SOLVED)
-        known[parity] = inplane.known(plate, loads[parity], parity, equilibrium)
+        own = equilibrium if slender else None
+        known[parity] = inplane.known(plate, loads[parity], parity, own)
         equilibrium.release()
     compat.free_memory(plate.domain.comm)
     return loads, known

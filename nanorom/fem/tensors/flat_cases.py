@@ -21,7 +21,7 @@ from nanorom.fem.fields import membrane, quadrature
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import algebra, groups
 from nanorom.fem.symmetry import Parity, product_parity
-from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors import inplane, lateral
 from nanorom.fem.tensors.equilibrium import Equilibrium
 from nanorom.fem.tensors.inplane import InPlane
 
@@ -75,6 +75,7 @@ class FlatCases:
         """
         n = len(self.modes.parities)
         largest, found = 0.0, []
+        equilibria = self._equilibria if lateral.is_slender(self.plate) else {}
         for first in range(0, n, MOST_COLUMNS):
             own = np.eye(n)[:, first : first + MOST_COLUMNS]
             for apart in range(min(n, MOST_APART + 1)):  # products of two modes move more slowly
@@ -82,7 +83,7 @@ class FlatCases:
                 force = self._trilinear(own, other, own)
                 largest = max(largest, np.abs(np.diag(force[first:])).max())
                 found += [
-                    inplane.known(self.plate, moved, p, self._equilibria.get(p))
+                    inplane.known(self.plate, moved, p, equilibria.get(p))
                     for p, moved in self.displacement.items()
                 ]
         return InPlane.of_parts(found, largest)

@@ -54,14 +54,14 @@ def known(
 ) -> InPlane:
     """What displacements (local dofs, m) of a parity tell, errors not yet relative. Collective.
 
-    equilibrium : the one that made them, with its factors; None where the plane is held fixed.
+    equilibrium : the one that made them, with its factors, for a slender film; else None.
     """
     errors = accuracy.in_plane_errors(plate, displacements)
     unit = plate.stiffness.stretching
     columns = displacements[:, :MOST_COLUMNS]
     lowest = slowest(plate, columns, parity)
     held = not membrane.constraints(plate, parity).motions.size
-    if equilibrium is not None and held and lateral.is_slender(plate):
+    if equilibrium is not None and held:
         lowest = min(lowest, lateral.slowest(plate, equilibrium, columns))
     return InPlane(float(errors.max()), lowest, errors / unit)
 

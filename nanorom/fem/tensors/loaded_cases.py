@@ -13,7 +13,7 @@ from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import algebra, compat, groups
 from nanorom.fem.symmetry import Parity
-from nanorom.fem.tensors import inplane
+from nanorom.fem.tensors import inplane, lateral
 from nanorom.fem.tensors.cases import Cases
 from nanorom.fem.tensors.equilibrium import Equilibrium
 from nanorom.fem.tensors.flat_cases import FlatCases
@@ -88,7 +88,8 @@ class StaticCases:
             energies.append(0.5 * amplitude * abs(self._force(q)[j]))
             displacements.append(self._case.u.x.array.copy())
         columns = np.column_stack(displacements)
-        found = inplane.known(self.plate, columns, (), self._case.equilibrium)
+        own = self._case.equilibrium if lateral.is_slender(self.plate) else None
+        found = inplane.known(self.plate, columns, (), own)
         return InPlane.of_parts([found], max(energies))
 
     def _force(self, q: np.ndarray) -> np.ndarray:

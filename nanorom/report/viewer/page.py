@@ -17,7 +17,7 @@ ASSETS = files("nanorom.report.viewer")
 LIBRARIES = {"three": "vendor/three.min.js", "uplot": "vendor/uplot.min.js"}
 PROGRAM = (
     "chart", "curves", "dom", "film", "gallery", "loads", "main", "motion", "orbit", "response",
-    "selection", "spectrum", "store", "surface", "tables", "theme", "units", "verified",
+    "selection", "spectrum", "store", "surface", "tables", "theme", "thinned", "units", "verified",
 )  # fmt: skip
 STYLES = ("vendor/uplot.css", "assets/style.css")
 

@@ -21,6 +21,7 @@ export class Chart {
     this.plotted.setAttribute("role", "application");
     this.plotted.setAttribute("aria-label", `${name}; plus and minus zoom, zero shows all`);
     this.plotted.addEventListener("keydown", (event) => this.onKey(event));
+    this.line = h("span", { className: "mark", hidden: true });
     const buttons = [["+", "zoom in", 1 / STEP], ["−", "zoom out", STEP], ["⤢", "show all", 0]].map(
       ([text, title, factor]) => h("button", { type: "button", title, onclick: () => this.zoom(factor) }, text));
     place.append(h("div", { className: "chart" }, h("div", { className: "zoom" }, ...buttons), this.plotted));
@@ -63,6 +64,7 @@ export class Chart {
     this.plot = new uPlot(options, [[0, 1], [null, null]], this.plotted);
     this.show(this.view);
     const over = this.plot.over;
+    over.append(this.line);
     over.addEventListener("mousemove", (event) => this.hover?.(this.nearest(event)));
     over.addEventListener("mouseleave", () => this.hover?.(null));
     over.addEventListener("click", (event) => {
@@ -135,6 +137,14 @@ export class Chart {
     event.preventDefault();
   }
 
+  // A line upright at x that moves without a new picture of the axes: that would cost more than the film.
+  mark(x) {
+    this.marked = x;
+    const [low, high] = this.view.x;
+    this.line.hidden = !(x >= low && x <= high);
+    if (!this.line.hidden) this.line.style.transform = `translateX(${this.plot.valToPos(x, "x")}px)`;
+  }
+
   pen() {
     const { plot } = this;
     return {
@@ -158,6 +168,7 @@ export class Chart {
     context.clip();
     for (const layer of this.layers) layer(pen);
     context.restore();
+    this.mark(this.marked);
   }
 
   nearest(event) {

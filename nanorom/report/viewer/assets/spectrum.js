@@ -14,7 +14,6 @@ export class TimeChart {
   constructor(place, label) {
     this.label = label;
     this.lines = [];
-    this.phase = null;
     const axes = { x: { label: "time / period of the motion", low: 0, high: 1 }, y: { label: "q (nm)", low: -1, high: 1 } };
     this.chart = new Chart(place, { ...axes, height: HEIGHT, name: "amplitudes over a period", layers: [(pen) => this.draw(pen)] });
   }
@@ -29,14 +28,10 @@ export class TimeChart {
 
   draw(pen) {
     this.lines.forEach((points, i) => polyline(pen, points, { colour: theme.line(i) }));
-    if (this.phase !== null) {
-      polyline(pen, this.chart.view.y.map((y) => [this.phase, y]), { colour: theme.faint(), width: 1 });
-    }
   }
 
   at(phase) {
-    this.phase = phase;
-    this.chart.redraw();
+    this.chart.mark(phase);
   }
 }
 

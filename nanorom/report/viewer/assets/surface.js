@@ -4,8 +4,10 @@ import {
   PerspectiveCamera, Scene, WebGLRenderer,
 } from "three";
 import { diverging, isDark } from "theme";
+import { thinned } from "thinned";
 
 const FLATTEST = 1 / 8; // a narrower film is drawn wider than it is, and the page says so
+const FINEST = 1 / 72; // of the film's size: edges that are shorter show no more than longer ones
 const COLOURS = Array.from({ length: 256 }, (_, i) =>
   new Color().setRGB(...diverging((2 * i) / 255 - 1), "srgb"));
 const LAMP = [-0.41, -0.41, 0.815]; // direction of the light
@@ -34,6 +36,11 @@ export class Film {
     this.stretch = [1, 1];
     this.stretch[short] = Math.max(1, (FLATTEST * this.size) / sides[short]);
     this.edges = outline(this.cells);
+    this.places = new Float32Array(3 * this.count);
+    for (let i = 0; i < this.count; i++) this.places.set(this.place(i), 3 * i);
+    const fixed = new Uint8Array(this.count);
+    for (const i of this.edges) fixed[i] = 1;
+    this.drawn = thinned(this.places, this.cells, fixed, FINEST);
   }
 
   // sum_r q_r phi_r (P) of amplitudes q (of as many modes as have shapes), into `out`
@@ -84,14 +91,13 @@ export class Stage {
   constructor(film, canvas) {
     this.film = film;
     this.renderer = new WebGLRenderer({ canvas, antialias: false, alpha: true, preserveDrawingBuffer: true });
-    this.places = Float32Array.from({ length: 3 * film.count });
-    for (let i = 0; i < film.count; i++) this.places.set(film.place(i), 3 * i);
-    this.base = this.places.slice();
+    this.base = film.places;
+    this.places = this.base.slice();
     this.geometry = new BufferGeometry();
     this.geometry.setAttribute("position", new BufferAttribute(this.places, 3));
     this.colours = new Float32Array(3 * film.count);
     this.geometry.setAttribute("color", new BufferAttribute(this.colours, 3));
-    this.geometry.setIndex(new BufferAttribute(film.cells, 1));
+    this.geometry.setIndex(new BufferAttribute(film.drawn, 1));
     this.scene = new Scene();
     // light is part of the colours: without a graphics card that is several times faster
     this.scene.add(new Mesh(this.geometry, new MeshBasicMaterial({ vertexColors: true, side: DoubleSide })));
