@@ -260,7 +260,7 @@ class ModalSystem:
         """Scaled equations of this system, at other levels."""
         inverse, columns = np.linalg.inv(self.mass), system.force.shape[-1]
         over = {
-            "force": (direct * self._direct_at(direct), system.amplitude * system.frequency**2),
+            "force": (direct * self.direct_at(direct), system.amplitude * system.frequency**2),
             "parametric": (parametric * self.parametric_at(parametric), system.frequency**2),
         }
         patterns = {

@@ -70,22 +70,16 @@ class Detector:
         self.couples = self.samples.couples
         self.paired = bool(pairs(path.tracer.system, NEARLY_EQUAL))
         self.kinds = crossed(path.tracer.system.size)
-        self.estimates: list[float] = []  # positions
 
     @property
     def places(self) -> list[Place]:
-        """Points of the path whose multipliers are known exactly, but for those that were estimates
-        of special points.
-        """
-        return [self.samples.places[i] for i in self._asked()]
+        """Points of the path whose multipliers are known exactly."""
+        return self.samples.places
 
     @property
     def eigenvalues(self) -> Array:
         """Those (n, 2L) of the monodromy matrices there."""
-        return np.asarray(self.samples.eigenvalues[self._asked()])
-
-    def _asked(self) -> Array:
-        return np.flatnonzero(~np.isin(self.samples.positions, self.estimates))
+        return self.samples.eigenvalues
 
     def find(self) -> list[Detected]:
         """All special points in order along the path."""
@@ -102,9 +96,10 @@ class Detector:
                 break
         if self.path.tracer.accuracy.tongues:
             samples.insert(self._in_tongues(), apart=ROUND_OFF)
-        found = self._folds()
+        found, asked = self._folds(), samples.positions
         for kind in self.kinds:
             found += self._roots(kind)
+            samples.only(asked)  # where others cross next to a root, it is no place to look from
         found += self._uncounted(found)
         return sorted(found, key=lambda point: self.path.position(point.place))
 
@@ -187,13 +182,24 @@ class Detector:
             if kind.condition.is_spurious(*eigenvalues[i : i + 2]):
                 continue
             ends = places[i], places[i + 1]
-            # in a narrow tongue an estimate may lead to its other end
-            if self.path.tracer.accuracy.tongues:
-                point = self._located(kind, *ends, self.nearby)
-                found += [] if point is None else [point]
+            if self.path.tracer.accuracy.tongues or self.paired:
+                found += self._beside_others(kind, int(i), *ends)
             else:
                 found += self._estimated(kind, float(positions[i]), float(positions[i + 1]))
         return found
+
+    def _beside_others(self, kind: Kind, number: int, low: Place, high: Place) -> list[Detected]:
+        """What is between two points where others may be next to it: from exact multipliers, unless
+        an estimate serves at once.
+        """
+        # in a narrow tongue an estimate may lead to its other end
+        estimated, point = not self.path.tracer.accuracy.tongues, None
+        if estimated:
+            point = self._classify(kind, self._estimate(kind, number), GOOD_ESTIMATE)
+        point = point or self._located(kind, low, high, self.nearby)
+        if point is None:
+            return []
+        return [replace(point, bracket=(kind, low, high)) if estimated else point]
 
     def _signs(self, kind: Kind, eigenvalues: Array, positions: Array) -> Array:
         """Of the test function at arc lengths."""
@@ -210,7 +216,6 @@ class Detector:
             place = self._estimate(kind, number)
             if not samples.insert([place]):  # a point itself is the zero
                 break
-            self.estimates.append(float(samples.positions[number + 1]))
             values = samples.eigenvalues[number + 1]
             if self._is_impostor(kind, values):
                 return []

@@ -65,6 +65,13 @@ class Samples:
         self.places = [everything[i] for i in order]
         return True
 
+    def only(self, positions: Array) -> None:
+        """Keep the points at some of their positions alone."""
+        kept = np.flatnonzero(np.isin(self.positions, positions))
+        self.places = [self.places[i] for i in kept]
+        self.positions, self.eigenvalues = self.positions[kept], self.eigenvalues[kept]
+        self._maps = self._maps[kept]
+
     def unresolved(self) -> list[Place]:
         """Points between neighbours where leaving one point out shows a poor interpolation."""
         s, count = self.positions, len(self.positions)
