@@ -23,6 +23,8 @@ from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
+INVERSE_ITERATIONS = 3  # each nearer by the ratio of the last two singular values, squared
+
 
 class CriticalBalance:
     """The balance and g = 0 for the unknowns z = (x, rate, level), for a critical pair also the
@@ -207,8 +209,7 @@ class CriticalBalance:
         """Right and left vectors and g of the bordered operator; the borders follow the vectors."""
         size = len(matrix)
         if self.border is None or len(self.border[0]) != size:
-            u, _, vh = np.linalg.svd(matrix)
-            self.border = u[:, -1].copy(), vh[-1].conj().copy()
+            self.border = _nearly_null(matrix)
         b, c = self.border
         bordered = np.zeros((size + 1, size + 1), dtype=matrix.dtype)
         bordered[:size, :size] = matrix
@@ -307,6 +308,22 @@ class CriticalBalance:
             return added
         friction = operator.friction(x).transpose(1, 3, 0, 2).reshape(rows * size, rows * size)
         return added + shift * rate * friction
+
+
+def _nearly_null(matrix: Array) -> tuple[Array, Array]:
+    """Left and right vectors that a nearly singular matrix makes small: by inverse iteration, which
+    costs much less than all singular values, but where the matrix is singular to the last bit.
+    """
+    if len(matrix) >= MANY_UNKNOWNS:
+        factors = lu_factor(matrix, check_finite=False)
+        if np.abs(np.diag(factors[0])).min() > 0:
+            right = np.ones(len(matrix), dtype=matrix.dtype)
+            for _ in range(INVERSE_ITERATIONS):
+                left = lu_solve(factors, right / np.linalg.norm(right), trans=2)
+                right = lu_solve(factors, left / np.linalg.norm(left))
+            return left / np.linalg.norm(left), right / np.linalg.norm(right)
+    u, _, vh = np.linalg.svd(matrix)
+    return u[:, -1].copy(), vh[-1].conj().copy()
 
 
 def _both(
