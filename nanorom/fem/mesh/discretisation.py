@@ -15,7 +15,7 @@ from itertools import pairwise
 import attrs
 import numpy as np
 
-from nanorom.fem.mesh.arrays import Source
+from nanorom.fem.mesh.arrays import MeshData, Source
 from nanorom.fem.mesh.corners import Corners
 from nanorom.fem.mesh.cut import Cut
 from nanorom.fem.mesh.gmsh import GmshFile
@@ -325,14 +325,13 @@ def surface(chosen: Discretisation) -> Discretisation:
     return attrs.evolve(chosen, source=attrs.evolve(chosen.source, in_space=True), corners=None)
 
 
-def measured(chosen: Discretisation, in_space: bool = False) -> tuple[int, np.ndarray]:
-    """Cells of a discretisation and the sides (2,) or (3,) of the box about it. One process.
+def meshed(chosen: Discretisation, in_space: bool = False) -> MeshData:
+    """The mesh of a discretisation, not yet distributed. One process.
 
     Raises MeshError as meshing does.
     """
     chosen = surface(chosen) if in_space else chosen
-    data = chosen.source.mesh(1, chosen.corners)
-    return len(data.cells), np.ptp(data.points, axis=0)
+    return chosen.source.mesh(1, chosen.corners)
 
 
 def cells_of(chosen: Discretisation) -> int | None:

@@ -278,8 +278,8 @@ class PlateRoute(Route):
         cells = discretisation.cells_of(chosen)
         where, columns = "", self.load_cases(plan)[0]
         if cells is None:
-            cells, sides = discretisation.measured(chosen)
-            sides = sides * plan.scales.length
+            data = discretisation.meshed(chosen)
+            cells, sides = len(data.cells), data.sides * plan.scales.length
             where = f"{chosen.source.name}, {sides[0]:.3g} m by {sides[1]:.3g} m: "
         dofs = discretisation.dofs_of(cells, chosen.degree)
         per_column = SECONDS_PER_CASE
