@@ -178,14 +178,17 @@ def verify(
     points: int = 24,
     solve: bool = True,
     progress: Progress | None = None,
+    more: int | None = None,
 ) -> Verified:
     """A response beside the film's own orbits, and what the model is estimated to be wrong by.
 
     ``response`` or its file; left out, the scene is reduced and followed first.  ``level`` counts
     from 1, all if left out; ``points`` orbits of each are solved for, or with ``solve=False``
-    estimated only.  With a path the table is saved there.  Under MPI the ranks share the orbits,
-    and every rank gets the same table.  Raises NanoromError if DOLFINx is not installed,
-    SceneError if the response is not of the scene, FileError if a file cannot be read or written.
+    estimated only.  ``more`` modes beyond the model's highest lead from its orbits to the film's,
+    and are told apart: as many as it has, from 8 to 20, if left out; strong motions want more.
+    With a path the table is saved there.  Under MPI the ranks share the orbits, and every rank gets
+    the same table.  Raises NanoromError if DOLFINx is not installed, SceneError if the response is
+    not of the scene, FileError if a file cannot be read or written.
     """
     scene = Scene.of(scene)
     if path is not None:
@@ -200,7 +203,7 @@ def verify(
         from nanorom.results.response import Response
 
         response = Response.load(response)
-    found = campaign(scene, response, level, points, solve, progress)
+    found = campaign(scene, response, level, points, solve, progress, more)
     if path is not None and mpi_rank() == 0:
         found.save(path)
     return found
