@@ -13,7 +13,6 @@ from functools import partial
 import attrs
 import numpy as np
 from scipy.integrate import odeint
-from scipy.signal.windows import blackmanharris
 
 from nanorom.continuation.sweep import equations, sweep
 from nanorom.continuation.system import ModalSystem
@@ -131,6 +130,8 @@ def record(
     motion = scaled.given_states(odeint(equations(scaled, rate), start, times, **options))
     if not np.all(np.isfinite(motion)):
         raise ContinuationError(f"time integration failed at omega = {omega:.6g}")
+    from scipy.signal.windows import blackmanharris  # takes .3 s to import
+
     window = blackmanharris(count, sym=False)[:, None]
     spectrum = np.abs(np.fft.rfft(window * motion[:-1, :size], axis=0)) * 2 / window.sum()
     spectrum[0] /= 2
