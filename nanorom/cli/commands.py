@@ -220,7 +220,14 @@ def plot_command(options: argparse.Namespace) -> None:
         from nanorom.measurement.data import MeasuredResponse
 
         measured = MeasuredResponse.from_files(options.data, columns_of(options))
+    level = None if options.level is None else integer("--level", options.level)
     make_directory(directory)
+    if options.comb:
+        from nanorom.plots.files import draw_comb
+
+        with progress_bar() as progress:
+            draw_comb(content, options.file, directory, level, progress)
+        return
     if options.read is not None:
         from nanorom.plots.files import draw_reading
 

@@ -243,6 +243,13 @@ def _plot(parser: argparse.ArgumentParser) -> None:
         "--harmonic", default="1", help="of the drive's frequency that is read (1); 1/2, 2, ..."
     )
     parser.add_argument(
+        "--comb",
+        action="store_true",
+        help="of a response, instead: the spectrum over drive frequency of a sweep up in time at "
+        "one level, by the rom.h5 beside it",
+    )
+    parser.add_argument("--level", help="of the comb, from 1 (the last)")
+    parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="where to (default: beside FILE)"
     )
 

@@ -17,6 +17,9 @@ from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint,
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
 from nanorom.continuation.drive import Drive
+from nanorom.continuation.ensemble.falls import Falls, falls
+from nanorom.continuation.ensemble.lyapunov import Lyapunov, lyapunov
+from nanorom.continuation.ensemble.sweeps import Sweeps, sweeps
 from nanorom.continuation.first_order import FirstOrder
 from nanorom.continuation.noise import LinearResponse
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
@@ -37,9 +40,11 @@ __all__ = [
     "Course",
     "Diagram",
     "Drive",
+    "Falls",
     "FirstOrder",
     "LinearResponse",
     "Locus",
+    "Lyapunov",
     "ModalSystem",
     "OrbitCurve",
     "PeriodicOrbit",
@@ -54,6 +59,7 @@ __all__ = [
     "SpecialPoint",
     "State",
     "Sweep",
+    "Sweeps",
     "Tone",
     "Torus",
     "TorusPoint",
@@ -65,9 +71,11 @@ __all__ = [
     "explore",
     "explore_each",
     "explore_levels",
+    "falls",
     "follow_torus",
     "limit_cycles",
     "locus",
+    "lyapunov",
     "phase_resonance",
     "point_slopes",
     "ramp",
@@ -77,5 +85,6 @@ __all__ = [
     "ring_down",
     "states",
     "sweep",
+    "sweeps",
     "two_tones",
 ]

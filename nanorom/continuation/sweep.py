@@ -29,7 +29,7 @@ REST = 1e-12  # size below which a motion has settled
 
 @attrs.frozen(eq=False)
 class Sweep:
-    """omega (n,), amplitude (n, L) = max |q_r| over the last periods, state (n, 2L) at drive phase
+    """omega (n,), amplitude (n, L) = max |q_r| over two periods, state (n, 2L) at drive phase
     0, in the system's units; settled (n,): whether the stroboscopic state had come to rest (not on
     a torus or in chaos); escaped: frequency at which the motion left all bounds, where the sweep
     ends with what was recorded before, or None.
@@ -139,7 +139,28 @@ def _settle(
         state, done = states[-1], done + 2 * (len(chunk) - 1)
     instants = np.linspace(0.0, span, 2 * SAMPLES + 1)
     motion = odeint(right_side, state, instants, **options)
-    return motion[-1], np.abs(motion[:, : system.size]).max(axis=0), settled
+    return motion[-1], largest(motion[:, :, None], np.diff(instants[:2]))[:, 0], settled
+
+
+def largest(samples: Array, step: Array) -> Array:
+    """Largest |q| (L, b) of samples (n, 2L, b) of states, `step` (b,) apart in time: where a
+    velocity changes its sign, that of the cubic between the two.
+    """
+    size = samples.shape[1] // 2
+    q, v = samples[:, :size], samples[:, size:] * step
+    best = np.abs(q).max(axis=0)
+    # with s from 0 to 1: q0 + v0 s + b s^2 + a s^3
+    rise = q[1:] - q[:-1]
+    b, a = 3 * rise - 2 * v[:-1] - v[1:], v[:-1] + v[1:] - 2 * rise
+    turns = v[:-1] * v[1:] < 0
+    root = np.sqrt(np.fmax(b * b - 3 * a * v[:-1], 0.0))
+    below = -(b + np.where(b >= 0, root, -root))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for s in (below / (3 * a), v[:-1] / below):
+            there = q[:-1] + s * (v[:-1] + s * (b + s * a))
+            here = turns & (s >= 0) & (s <= 1)
+            best = np.fmax(best, np.where(here, np.abs(there), 0.0).max(axis=0))
+    return best
 
 
 def equations(

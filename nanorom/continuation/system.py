@@ -187,10 +187,10 @@ class ModalSystem:
         """Force patterns (L + S, 2K + 1) at direct level 1, in the units of `direct`, by the terms
         1, cos(omega t), sin, cos(2 omega t), ...; the last rows are what feeds the states.
         """
-        return self._direct_at(1.0)
+        return self.direct_at(1.0)
 
-    def _direct_at(self, level: float) -> Array:
-        """The same per unit of a level."""
+    def direct_at(self, level: float) -> Array:
+        """The same (L + S, 2K + 1) per unit of a level."""
         own = terms(self.drives, "direct", self.direct, level)
         count = self.states.size if self.states else 0
         return np.concatenate([own, terms(self.drives, "states", np.zeros(count), level)])
@@ -253,7 +253,7 @@ class ModalSystem:
     def _at_levels(self, direct: float, parametric: float, frequency: float) -> dict[str, Array]:
         """The arrays of modes and states over their mass."""
         arrays = {name: getattr(self, name) for name in TENSORS}
-        arrays["direct"] = direct * self._direct_at(direct)
+        arrays["direct"] = direct * self.direct_at(direct)
         arrays["parametric"] = parametric * self.parametric_at(parametric)
         over = self._over_mass(arrays, frequency)
         return over if self.states is None else joined(over, self.states, self.mass, frequency)

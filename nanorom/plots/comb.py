@@ -17,15 +17,22 @@ FLOOR = 1e-4  # of the largest line: what the colours reach down to
 
 @styled
 def comb_figure(
-    comb: Comb, path: str | Path | None = None, shape: Array | None = None, unit: float = 1.0
+    comb: Comb,
+    path: str | Path | None = None,
+    shape: Array | None = None,
+    unit: float = 1.0,
+    name: str = "",
 ) -> Figure:
     """Draw the lines of a comb over drive frequency in colours of their size.
 
     shape: values (L,) of the mode shapes at the point that is watched, whose largest contributions
-    are added; the first mode if left out. unit: of the frequencies, in those of the comb.
+    are added; the mode that moves most if left out. unit: of the frequencies, in those of the
+    comb; name: what that unit is called.
     """
-    weights = np.eye(comb.amplitude.shape[2])[0] if shape is None else np.abs(np.asarray(shape))
-    sizes = comb.amplitude @ weights
+    amplitude = np.nan_to_num(comb.amplitude)  # of what left all bounds
+    mode = int(amplitude.max(axis=(0, 1)).argmax())
+    weights = np.eye(amplitude.shape[2])[mode] if shape is None else np.abs(np.asarray(shape))
+    sizes = amplitude @ weights
     top = float(sizes.max()) or 1.0
     figure = Figure(figsize=(COLUMN, 0.85 * COLUMN), layout="constrained")
     axes = figure.subplots()
@@ -40,8 +47,9 @@ def comb_figure(
         rasterized=True,
     )
     axes.grid(False)
-    axes.set_xlabel("drive frequency")
-    axes.set_ylabel("frequency of the line")
+    told = f" ({name})" if name else ""
+    axes.set_xlabel(f"drive frequency{told}")
+    axes.set_ylabel(f"frequency of the line{told}")
     figure.colorbar(image, ax=axes, label="amplitude")
     if path is not None:
         save(figure, path)

@@ -6,16 +6,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nanorom.errors import FileError
+from nanorom.plots.comb import comb_figure
 from nanorom.plots.design import design_figure
 from nanorom.plots.effective import effective_figure
 from nanorom.plots.loads import load_curve
 from nanorom.plots.modes import mode_gallery
 from nanorom.plots.reading import reading_figure
-from nanorom.plots.response import amplitude_panels, response_figure
+from nanorom.plots.response import amplitude_panels, frequency_unit, response_figure
 from nanorom.plots.study import study_figure
 from nanorom.plots.verified import verified_figure
 from nanorom.scene.fields import read_quantities
 from nanorom.scene.units import wrong
+from nanorom.types import Progress
 
 if TYPE_CHECKING:
     from nanorom.measurement.data import MeasuredResponse
@@ -71,6 +73,23 @@ def draw_reading(content: Any, path: Path, folder: Path, output: str, harmonic: 
             raise FileError(f"{path.with_name(MODEL)}: keeps no shapes, which a point needs")
         place = shapes.at((x, y))
     reading_figure(content, place, harmonic, folder / "reading.png", output)
+
+
+def draw_comb(
+    content: Any, path: Path, folder: Path, level: int | None, progress: Progress | None = None
+) -> None:
+    """comb.png: the spectrum of the first driven mode over drive frequency, at a level from 1.
+
+    Raises FileError for a file that is no response, or without its model beside it.
+    """
+    from nanorom.results.comb import comb_beside
+    from nanorom.results.response import Response
+
+    if not isinstance(content, Response):
+        raise FileError(f"{path}: --comb goes with a response.h5 alone")
+    found = comb_beside(content, path, level, progress)
+    factor, unit = frequency_unit(content)
+    comb_figure(found, folder / "comb.png", unit=1 / factor, name=unit)
 
 
 def draw_verified(

@@ -11,13 +11,13 @@ TOP = Path(__file__).parents[2] / "nanorom"
 LONGEST_MODULE, LONGEST_FUNCTION = 400, 60  # lines
 ROOMS = {"bench", "cli", "continuation", "devices", "exact", "export", "fem", "files"}
 ROOMS |= {"measurement", "plots", "report", "results", "rom", "scene", "verification"}
-LOOSE = {"__main__", "errors", "launch", "types", "version", "workflow"}
+LOOSE = {"__main__", "compiler", "errors", "launch", "types", "version", "workflow"}
 BASE = {"errors", "types"}
 
 # what a room may import beside itself; the finite elements apart
 MAY_IMPORT = {
     "scene": BASE,
-    "continuation": BASE,
+    "continuation": BASE | {"compiler"},
     "files": BASE | {"version"},
     "rom": BASE | {"files", "scene", "continuation"},  # the last not when it is imported
     "results": BASE | {"continuation", "files", "launch", "rom", "scene", "version"},
@@ -38,7 +38,7 @@ FLOORS = [
     {"reduce", "sensitivity", "spectrum", "tuning"},
 ]
 # the finite elements may take these of the rest: what is asked, what is found, how it is kept
-BESIDE_THE_FILM = BASE | {"files", "results", "rom", "scene", "version"}
+BESIDE_THE_FILM = BASE | {"compiler", "files", "results", "rom", "scene", "version"}
 
 
 def modules() -> dict[str, Path]:

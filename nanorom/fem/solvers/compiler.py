@@ -8,12 +8,8 @@ not compiled is nobody's.
 from __future__ import annotations
 
 import fcntl
-import importlib.util
 import logging
 import os
-import shlex
-import shutil
-import sys
 import sysconfig
 import time
 import warnings
@@ -26,10 +22,9 @@ from unittest.mock import patch
 import attrs
 import cffi
 
+from nanorom.compiler import instructions, zig
 from nanorom.errors import NanoromError
 
-CPU_INFO = Path("/proc/cpuinfo")  # Linux'
-VECTORS = {"avx2": "-mavx2", "fma": "-mfma"}  # names in it, and the compiler's options
 HEADERS = Path(__file__).parent / "python_abi"
 Form = TypeVar("Form")
 LOCK = "nanorom.lock"
@@ -39,19 +34,7 @@ PAUSE = 0.1  # s
 
 def options() -> list[str]:
     """How forms are compiled."""
-    return ["-O2", "-ftree-vectorize", *_instructions(), *_headers()]
-
-
-def _instructions() -> list[str]:
-    """Options for vectors of four numbers, where this processor has them.
-
-    The cache of compiled forms tells options apart, so that other processors may share it.
-    """
-    try:
-        told = set(CPU_INFO.read_text(encoding="ascii", errors="replace").split())
-    except OSError:  # not Linux: forms are compiled for any processor
-        return []
-    return list(VECTORS.values()) if VECTORS.keys() <= told else []
+    return ["-O2", "-ftree-vectorize", *instructions(), *_headers()]
 
 
 def _headers() -> list[str]:
@@ -62,11 +45,13 @@ def _headers() -> list[str]:
 
 def _compiler() -> dict[str, str]:
     """Variables for Zig's compiler (``pip install ziglang``), where there is no other one."""
-    usual = (sysconfig.get_config_var("CC") or "cc").split()[0]
-    if "CC" in os.environ or shutil.which(usual) or importlib.util.find_spec("ziglang") is None:
+    found = zig()
+    if found is None:
         return {}
-    zig = f"{shlex.quote(sys.executable)} -m ziglang cc"
-    return {"CC": zig, "LDSHARED": f"{zig} -shared"}  # it has no -Bsymbolic-functions of Debian's
+    return {
+        "CC": found,
+        "LDSHARED": f"{found} -shared",
+    }  # it has no -Bsymbolic-functions of Debian's
 
 
 def run(make: Callable[[], Form], folder: Path, compiles: bool) -> Form:

@@ -1,0 +1,1 @@
+"""Many motions in time at once: over levels, frequencies and starts."""
