@@ -54,14 +54,21 @@ CASES = {
 }
 
 
-def reduced(drive, model="membrane", modulus=410e9, tension=(0.321, 0.257), modes=ELEVEN):
-    """The drum of a case."""
+def reduced(
+    drive,
+    model="membrane",
+    modulus=410e9,
+    tension=(0.321, 0.257),
+    modes=ELEVEN,
+    count=fig3.MODES,
+):
+    """The drum of a case, its modes chosen among the lowest ``count``."""
     scene = nanorom.Scene.from_file(Path(__file__).with_name("drum.toml"))
     thickness, material = scene.plate.thickness, scene.material
     material = nanorom.Material(modulus, material.poisson_ratio, material.density)
     plate = nanorom.Plate(thickness=thickness, model=model)
     scene = scene.with_(plate=plate, material=material, tension=nanorom.Tension(*tension))
-    scene = scene.with_(modes=fig3.MODES, drive=nanorom.Drive(**drive))
+    scene = scene.with_(modes=count, drive=nanorom.Drive(**drive))
     full = nanorom.reduce(scene)
     return full.select(list(modes))
 

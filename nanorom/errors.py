@@ -1,5 +1,9 @@
 """Errors that reach the user as one line: what is wrong, and what to do about it."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+
 
 class NanoromError(Exception):
     """Base of every error that nanorom raises on purpose."""
@@ -26,6 +30,20 @@ class LoadError(SolverError):
     def __init__(self, message: str, reached: float) -> None:
         super().__init__(message, reached)
         self.reached = reached
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class SlowPlaneError(SolverError):
+    """The film's plane does not follow some modes statically.
+
+    classes : of symmetry of each mode that was asked for, by its number.
+    """
+
+    def __init__(self, message: str, classes: Mapping[int, tuple[int, ...]]) -> None:
+        super().__init__(message, classes)
+        self.classes = classes
 
     def __str__(self) -> str:
         return str(self.args[0])

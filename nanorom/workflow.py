@@ -191,7 +191,9 @@ def verify(
     if path is not None:
         check_writable(path)
     with finite_elements():
+        from nanorom.verification.assemble import check
         from nanorom.verification.campaign import verify as campaign
+    check(scene, scene.drive if response is None else None)
     if response is None:
         response = _followed(scene, progress)
     elif isinstance(response, (str, Path)):

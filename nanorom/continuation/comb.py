@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
+from typing import Any
 
 import attrs
 import numpy as np
@@ -121,7 +122,7 @@ class _Waits:
         amplitude = np.full((len(omega), len(edges) - 1, size), np.nan)
         starts = np.full((len(omega), 2 * size), np.nan)
         levels = self.direct, self.parametric
-        options = {"periods": self.periods, "tolerance": self.tolerance}
+        options: dict[str, Any] = {"periods": self.periods, "tolerance": self.tolerance}
         for _, group in groupby(range(len(omega)), key=lambda row: known[row] is None):
             rows = list(group)
             for row in rows:
@@ -216,7 +217,7 @@ def _between(tori: Sequence[Torus], omega: float) -> _Lines | None:
             continue
         values, stable = torus.omega, torus.stable
         passed = (values[:-1] - omega) * (values[1:] - omega) <= 0
-        for index in np.flatnonzero(passed & stable[:-1] & stable[1:]):
+        for index in np.flatnonzero(np.all([passed, stable[:-1], stable[1:]], axis=0)):
             part = (omega - values[index]) / (values[index + 1] - values[index])
             return _mixed(torus, int(index), float(part), omega)
     return None
@@ -228,7 +229,7 @@ def _mixed(torus: Torus, index: int, part: float, omega: float) -> _Lines:
     weights = 1 - part, part
     # of both members, by the largest numbers of harmonics of the two
     most = [max(end.motion.coefficients.shape[axis] for end in ends) for axis in (0, 1)]
-    sizes = 0.0
+    sizes = np.zeros((*most, ends[0].motion.coefficients.shape[2]))
     for end, weight in zip(ends, weights):
         own = np.abs(end.motion.coefficients)
         more = (most[0] - own.shape[0]) // 2

@@ -60,7 +60,7 @@ def write_matlab(
         "parametric": system.parametric,
         "cubic_damping": system.cubic_damping,
         "description": "M q'' + C q' + K q + coefficients.' * prod(q.' .^ exponents, 2)"
-        " = (direct + parametric q) cos(w t)",
+        " + sum_kjl cubic_damping(:, k, j, l) q'_k q_j q_l = (direct + parametric q) cos(w t)",
     }
     with atomic_path(path) as temporary:
         savemat(temporary, contents, oned_as="column", appendmat=False)

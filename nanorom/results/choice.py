@@ -104,6 +104,7 @@ class Search:
             diagrams=tuple(diagrams),
             estimates=tuple(found),
             wider=self.upper > self.tolerance
+            or len(self.why) == self.model.size
             or any(n >= UPPER * self.model.size and why != SET for n, why in self.why.items()),
         )
 

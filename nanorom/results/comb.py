@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,7 @@ def comb_of(
         cells=CELLS,
         periods=PERIODS,
         recorded=RECORDED,
-        progress=None if progress is None else lambda n, m: progress("drive frequencies", n, m),
+        progress=None if progress is None else partial(progress, "drive frequencies"),
     )
 
 

@@ -91,7 +91,8 @@ class Estimates:
         cls, larger: LargerSystem, points: Sequence[Estimate], grown: Sequence[Growth]
     ) -> Estimates:
         """A table of estimates and of growths."""
-        outside, count = larger.outside, len(larger.outside)
+        outside = larger.outside
+        shape, grows = (len(points), len(outside)), (len(grown), len(outside))
         chosen = [each.point for each in points]
         largest = [int(point.amplitude.argmax()) for point in chosen]
         return cls(
@@ -102,12 +103,12 @@ class Estimates:
             amplitude=np.array([float(point.amplitude.max()) for point in chosen]),
             omega_change=np.array([each.omega for each in points]),
             amplitude_change=np.array([each.amplitude for each in points]),
-            takes_part=np.array([each.moving[outside] for each in points]).reshape(-1, count),
-            share=np.array([each.shares[outside] for each in points]).reshape(-1, count),
+            takes_part=np.array([each.moving[outside] for each in points]).reshape(shape),
+            share=np.array([each.shares[outside] for each in points]).reshape(shape),
             growth_branch=np.array([each.branch for each in grown], dtype=np.int64),
             growth_omega=np.array([each.omega for each in grown]),
             growth_multiplier=np.array([each.multiplier for each in grown]),
-            growth_share=np.array([each.shares[outside] for each in grown]).reshape(-1, count),
+            growth_share=np.array([each.shares[outside] for each in grown]).reshape(grows),
         )
 
 

@@ -14,16 +14,40 @@ from nanorom.fem.routes.beam import BeamRoute
 from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.registry import ROUTES, route_of
 from nanorom.fem.routes.route import Route
+from nanorom.scene.drive import Drive
 from nanorom.scene.scene import Scene
 from nanorom.verification import beam, plate
 from nanorom.verification.assembled import Film
+from nanorom.verification.driven import check as check_drive
+
+Check = Callable[[Scene], None]
+Assemble = Callable[[Scene, int, float | None], Film]
 
 LEAST_MORE, MOST_MORE = 8, 20  # named modes beyond the model's highest: as many as it has, within
 
-FILMS: dict[type[Route], Callable[[Scene, int, float | None], Film]] = {
-    PlateRoute: plate.assemble,
-    BeamRoute: beam.assemble,
+FILMS: dict[type[Route], tuple[Check, Assemble]] = {
+    PlateRoute: (plate.check, plate.assemble),
+    BeamRoute: (BeamRoute().check, beam.assemble),
 }
+
+
+def check(scene: Scene, drive: Drive | None = None) -> None:
+    """Raise SceneError unless full-order orbits of a scene can be solved for under a drive."""
+    made = FILMS.get(type(route_of(scene)))
+    if made is None:
+        allowed = " | ".join(name for name, route in ROUTES.items() if type(route) in FILMS)
+        raise SceneError(
+            f"plate.model: found {scene.plate.model}; allowed for full-order orbits: {allowed}"
+        )
+    if scene.gas is not None and scene.gas.gap is not None:
+        raise SceneError("gas.gap: found; full-order orbits know of no squeezed gas")
+    if scene.regions:
+        raise SceneError("region: found; full-order orbits are those of one film without regions")
+    if scene.damping is None:
+        raise SceneError("damping: missing section [damping], which a periodic orbit needs")
+    made[0](scene)
+    if drive is not None:
+        check_drive(drive)
 
 
 def assemble(scene: Scene, more: int | None = None, tolerance: float | None = None) -> Film:
@@ -31,14 +55,8 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
 
     tolerance : of the mesh.  Raises SceneError for what is no film, SolverError as `reduce` does.
     """
-    made = FILMS.get(type(route_of(scene)))
-    if made is None:
-        allowed = " | ".join(name for name, route in ROUTES.items() if type(route) in FILMS)
-        raise SceneError(
-            f"plate.model: found {scene.plate.model}; allowed for full-order orbits: {allowed}"
-        )
-    if scene.damping is None:
-        raise SceneError("damping: missing section [damping], which a periodic orbit needs")
+    check(scene)
     if more is None:
         more = int(np.clip(scene.modes.highest, LEAST_MORE, MOST_MORE))
+    _, made = FILMS[type(route_of(scene))]
     return made(scene, more, tolerance)

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from nanorom.fem.models.beam import BeamModes, modes
 from nanorom.fem.output import losses
 from nanorom.fem.output.strip import StripWork
-from nanorom.fem.routes.beam import BeamRoute, beam_of, motion_of, viscous_of
+from nanorom.fem.routes.beam import beam_of, motion_of, viscous_of
 from nanorom.fem.symmetry import Parity
 from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.scene import Scene
@@ -167,9 +167,8 @@ class BeamWork(FilmWork):
 def assemble(scene: Scene, more: int, tolerance: float | None = None) -> BeamFilm:
     """The beam of a scene with ``more`` named modes than the model has; no mesh to be made.
 
-    Raises SceneError for what is no beam, SolverError as `nanorom.reduce`.
+    Raises SolverError as `nanorom.reduce`.
     """
-    BeamRoute().check(scene)
     beam, width = beam_of(scene)
     named = modes(beam, scene.modes.highest + more)
     whole, count = named.completed(), len(named.frequency)

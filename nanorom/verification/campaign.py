@@ -15,7 +15,7 @@ from nanorom.results.response import Response
 from nanorom.results.verified import Verified
 from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
-from nanorom.verification.assemble import assemble
+from nanorom.verification.assemble import assemble, check
 from nanorom.verification.assembled import Film
 from nanorom.verification.compare import Comparison, compare
 from nanorom.verification.driven import DrivenFilm
@@ -58,6 +58,7 @@ def verify(
     Raises SceneError for a scene that has not the response's modes or no film, SolverError as
     `nanorom.reduce`.
     """
+    check(scene, response.drive)
     chosen = _chosen(response, level, points)
     film = _with_modes_of(assemble(scene, more), response)
     levels = response.drive.levels

@@ -89,7 +89,7 @@ def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, 
     left = np.inf
     for border in borders:
         try:
-            found = correct(problem.model, problem.start, problem.rate, border, VERIFIED)
+            found = correct(problem.model, *problem.nearer(border), border, VERIFIED)
         except NoOrbitError as error:
             left = min(left, error.residual)
         else:

@@ -15,20 +15,25 @@ from nanorom.types import Array
 from nanorom.verification.assembled import Film, on_free
 
 
+def check(drive: Drive) -> None:
+    """Raise SceneError for a drive that full-order orbits do not know."""
+    if drive.harmonics is not None:
+        raise SceneError(
+            "drive.harmonics: found some; allowed: none, for orbits of the film are those of "
+            "cos(omega t) alone"
+        )
+    if drive.source is not None:
+        raise SceneError(
+            f"drive.{drive.source}: orbits of the film do not know it; allowed: levels of "
+            "other patterns"
+        )
+
+
 class DrivenFilm:
     """A film, its drive's patterns, and levels of them in SI units."""
 
     def __init__(self, film: Film, drive: Drive, direct: float, parametric: float) -> None:
-        if drive.harmonics is not None:
-            raise SceneError(
-                "drive.harmonics: found some; allowed: none, for orbits of the film are those of "
-                "cos(omega t) alone"
-            )
-        if drive.source is not None:
-            raise SceneError(
-                f"drive.{drive.source}: orbits of the film do not know it; allowed: levels of "
-                "other patterns"
-            )
+        check(drive)
         self.film, self.drive = film, drive
         self.direct, self.parametric = direct, parametric
         self._modulation: dict[Parity, Any] = {}

@@ -2,7 +2,8 @@
 
 The film is meshed for them anew, more coarsely than for the model itself: a per mille of what is
 left out says enough.  Where the film cannot have as many (its plane does not follow modes as high,
-or no mesh will do), it is as many as it can have.
+or no mesh will do), it is as many as it can have: those first whose symmetry is the model's, since
+others move by themselves only, where they grow.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Sequence
 import attrs
 import numpy as np
 
-from nanorom.errors import AccuracyWarning, SolverError
+from nanorom.errors import AccuracyWarning, SlowPlaneError, SolverError
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.solvers.groups import shared, together
 from nanorom.results.choice import Choice, Search
@@ -21,9 +22,10 @@ from nanorom.results.question import Question
 from nanorom.rom.larger import Larger, extended
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.excitation import Frequency, Sweep
-from nanorom.scene.request import FIRST, Accuracy, Modes
+from nanorom.scene.request import FIRST, MOST_MODES, Accuracy, Modes
 from nanorom.scene.scene import Scene
 from nanorom.types import Progress
+from nanorom.verification.symmetry import Classes
 
 RESPONSE = 1e-3  # accuracy.response of modes that are chosen, if it is left out
 MESH = 1e-3  # tolerance of the larger model
@@ -43,7 +45,7 @@ def automatic(
     """
     assert scene.drive is not None and scene.sweep is not None
     tolerance = scene.accuracy.response or RESPONSE
-    wide = _most(scene, FIRST, 0, groups)
+    wide = _most(scene, FIRST, (1,), groups)
     sweep = _in_hertz(scene.sweep, wide)
     question = Question(scene.drive, sweep, None)
     search = Search(wide, question, tolerance, None, progress)
@@ -53,7 +55,7 @@ def automatic(
         if not choice.wider or wide.size < count or count >= MOST:
             break
         count = min(MOST, int(WIDER * count))
-        wide = _most(scene, count, 0, groups)
+        wide = _most(scene, count, (1,), groups)
         search = search.within(wide)
     model = _reduced(scene, wide, tuple(choice.why), sweep, progress, groups)
     told = {"chosen": choice.why, "error_response": choice.error, "modes_asked": wide.size}
@@ -73,10 +75,9 @@ def with_larger(scene: Scene, model: ReducedModel, groups: int | None = None) ->
     asked = scene.drive is not None and scene.sweep is not None and scene.damping is not None
     if not (asked or scene.accuracy.response) or not scene.plate.rules.larger:
         return model
-    highest = scene.modes.highest
-    count = highest + int(np.clip(model.size, LEAST_MORE, MOST_MORE))
+    count = scene.modes.highest + int(np.clip(model.size, LEAST_MORE, MOST_MORE))
     try:
-        wide = _most(scene, count, highest, groups)
+        wide = _most(scene, count, scene.modes.numbers, groups)
         return attrs.evolve(model, larger=Larger.of(wide).matched(model))
     except (SolverError, ValueError) as error:  # none beyond the model's own, or others by name
         warnings.warn(
@@ -88,32 +89,59 @@ def with_larger(scene: Scene, model: ReducedModel, groups: int | None = None) ->
         return attrs.evolve(model, diagnostics=model.diagnostics | told)
 
 
-def _most(scene: Scene, count: int, beyond: int, groups: int | None) -> ReducedModel:
-    """The model of the lowest modes, more than ``beyond`` and ``count`` if there can be as many."""
+def _most(scene: Scene, count: int, own: Sequence[int], groups: int | None) -> ReducedModel:
+    """The model of the lowest ``count`` modes or, if there cannot be as many, of fewer.
+
+    Of modes that are given by number, and more.
+    """
+    beyond = len(own)
+    more = [number for number in range(1, count + 1) if number not in own]
+    numbers = sorted([*own, *more[: MOST_MODES - beyond]])
+    if len(numbers) == beyond and more:
+        raise SolverError(f"no model has more than {MOST_MODES} modes")
     while True:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", AccuracyWarning)
-                return reduce_scene(_wide(scene, count), groups=groups)
+                return reduce_scene(_wide(scene, numbers), groups=groups)
+        except SlowPlaneError as error:
+            alike = _alike(error, own)
+            if len(alike) == len(numbers):
+                alike = _fewer(numbers, own)
+            numbers = alike
+            if len(numbers) <= beyond:
+                raise
         except SolverError:
-            count = beyond + int(FEWER * (count - beyond))
-            if count <= beyond:
+            numbers = _fewer(numbers, own)
+            if len(numbers) <= beyond:
                 raise
 
 
-def _wide(scene: Scene, count: int) -> Scene:
-    """A scene for the lowest ``count`` modes, on a mesh that does for estimates."""
+def _alike(error: SlowPlaneError, own: Sequence[int]) -> list[int]:
+    """Modes that may move with some by number, by their symmetry: what the plane does is less."""
+    classes = error.classes
+    even = tuple(0 for _ in classes[own[0]])
+    moving = Classes.spanned({even, *(classes[number] for number in own)}).deflections
+    return [number for number in classes if classes[number] in moving]
+
+
+def _fewer(numbers: Sequence[int], own: Sequence[int]) -> list[int]:
+    """The lower of the modes beyond some, and these."""
+    more = [number for number in numbers if number not in own]
+    return sorted([*own, *more[: int(FEWER * len(more))]])
+
+
+def _wide(scene: Scene, numbers: Sequence[int]) -> Scene:
+    """A scene for modes by number, on a mesh that does for estimates."""
     accuracy = scene.accuracy
     if accuracy.tolerance is not None:
         accuracy = Accuracy(max(MESH, accuracy.tolerance))
     damping = scene.damping
-    if damping is not None:
-        places = np.array(scene.modes.numbers) - 1
-        damping = (
-            damping if scene.modes.automatic else extended(damping, places[places < count], count)
-        )
+    if damping is not None and not scene.modes.automatic:
+        places = np.searchsorted(numbers, scene.modes.numbers)
+        damping = extended(damping, places, len(numbers))
     return scene.with_(
-        modes=Modes(count),
+        modes=Modes(select=numbers),
         accuracy=attrs.evolve(accuracy, response=None),
         damping=damping,
         method="direct",

@@ -88,7 +88,8 @@ def full_orbit(
     film = film or assemble(scene, more)
     problem = pose(DrivenFilm(film, patterns, direct, parametric), orbit)
     border = Border.fixed(orbit.harmonics, problem.model.size)
-    return told(problem, correct(problem.model, problem.start, problem.rate, border, tolerance))
+    start = problem.nearer(border)
+    return told(problem, correct(problem.model, *start, border, tolerance))
 
 
 def told(problem: Problem, found: Corrected) -> FullOrbit:

@@ -20,7 +20,6 @@ from nanorom.fem.output.model import modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes.methods import lost, viscous
 from nanorom.fem.routes.plate import Solution, solve
-from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.solvers.groups import alone
@@ -83,9 +82,8 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> PlateFi
     """The film of a scene, on this process alone, with ``more`` named modes than the model has.
 
     It is meshed as for a model of all modes that are named; tolerance : of the mesh.  Raises
-    SceneError for what is no film, SolverError as `reduce` does.
+    SolverError as `reduce` does.
     """
-    check(scene)
     highest = scene.modes.highest
     inside = np.array(scene.modes.numbers) - 1
     fine = scene.accuracy.tolerance
@@ -128,12 +126,7 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> PlateFi
 
 
 def check(scene: Scene) -> None:
-    """Raise SceneError unless a scene has a film whose orbits can be solved for."""
-    check_of_plates(scene, "full-order orbits")
-    if scene.gas is not None and scene.gas.gap is not None:
-        raise SceneError("gas.gap: found; full-order orbits know of no squeezed gas")
-    if scene.regions:
-        raise SceneError("region: found; full-order orbits are those of one film without regions")
+    """Raise SceneError for supports that full-order orbits of a plate do not know."""
     if any(isinstance(kind, Edge) or kind == "free" for kind in scene.support.kinds):
         _check_edges(scene)
 

@@ -84,6 +84,19 @@ class Model:
         jacobian = self.balance.jacobian_t(modal, rate / frequency).T
         return np.asarray(jacobian * frequency**2)
 
+    def corrected(
+        self, x: Array, rate: float, border: Border, tolerance: float
+    ) -> tuple[Array, float]:
+        """The modal equations' own orbit next to a film's coefficients, and its rate.
+
+        Raises NewtonFailure where there is none on the border's hyperplane.
+        """
+        amplitude, frequency = self.scaled.amplitude, self.scaled.frequency
+        modal = self.project(x, momenta=True).T / amplitude
+        across = np.append((border.direction * amplitude).ravel(), border.slope * frequency)
+        found, turn, _ = self.balance.correct(modal, rate / frequency, across, tolerance)
+        return self.expand(amplitude * found.T), float(turn * frequency)
+
     def direction(self, x: Array, rate: float) -> tuple[Array, float]:
         """Unit tangent of the modal branch: of the coefficients (2H + 1, L) and of the rate.
 

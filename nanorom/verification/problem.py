@@ -5,6 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from nanorom.continuation.orbits.balance import NewtonFailure
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import SceneError
@@ -17,6 +18,7 @@ from nanorom.verification.symmetry import Classes
 
 REACH = 1.3  # times the highest harmonic: frequencies up to which modes have equations of their own
 LADDER = 1.25  # ratio of the frequencies up to which a basis of modes is kept
+NEARER = 1e-6  # of an orbit of the named modes: the last change of Newton's method
 MOVING = 1e-12  # of the largest coefficient: a mode below that rests
 
 
@@ -48,6 +50,16 @@ class Problem:
     def omega(self, rate: float) -> float:
         """Drive frequency in rad/s."""
         return rate * self.equations.period_multiple / self.film.units.time
+
+    def nearer(self, border: Border) -> tuple[Array, float]:
+        """Coefficients and rate of the orbit of all named modes next to the start, if there is one.
+
+        It is the film's but for what is beyond these modes, at the price of one preconditioner.
+        """
+        try:
+            return self.model.corrected(self.start, self.rate, border, NEARER)
+        except NewtonFailure:  # the model's own orbit will do, if at more steps
+            return self.start, self.rate
 
     def across(self) -> Border:
         """Across the branch on which the start is: what changes is orthogonal to it."""

@@ -1,7 +1,6 @@
 """What is exported is what the model has, as the programs that it is for read it."""
 
 import csv
-import re
 import shutil
 import subprocess
 import warnings
@@ -13,46 +12,16 @@ import pytest
 from scipy.io import loadmat
 
 from nanorom.cli.main import main
-from nanorom.continuation import ModalSystem
 from nanorom.errors import FileError, ModelError
 from nanorom.export.export import export, export_model, export_motion, export_response, orbit_of
 from nanorom.export.polynomial import acceleration
 from nanorom.results.respond import respond
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
+from tests.export.equations import LEVELS, SIZE, rate, system
 
 ROUND_OFF = 1e-12
 DIFFERENCES = 1e-6  # of central differences with a step of 1e-5
-LEVELS = {"direct": 0.3, "parametric": 0.2}
-SIZE = 3
-
-
-def system(seed=0, **changes):
-    """Three modes coupled in every way that there is."""
-    rng = np.random.default_rng(seed)
-    coupled = rng.normal(size=(SIZE, SIZE))
-    given = {
-        "mass": np.diag([1.0, 2.0, 0.5]),
-        "damping": np.diag([0.1, 0.2, 0.3]) + 0.01,
-        "stiffness": np.diag([1.0, 8.0, 4.5]),
-        "quadratic": rng.normal(size=(SIZE,) * 3),
-        "cubic": rng.normal(size=(SIZE,) * 4),
-        "cubic_damping": rng.normal(size=(SIZE,) * 4),
-        "direct": rng.normal(size=SIZE),
-        "parametric": coupled + coupled.T,
-    }
-    return ModalSystem(**given | changes)
-
-
-def rate(scaled, t, x, omega, direct=1.0, parametric=1.0):
-    """(q, q')' of the equations that `ScaledSystem` documents, index by index."""
-    q, v = np.split(x, 2)
-    drive = direct * scaled.force[:, 1] + parametric * scaled.parametric[..., 1] @ q
-    force = scaled.damping @ v + scaled.stiffness @ q
-    force = force + np.einsum("rjk,j,k", scaled.quadratic, q, q)
-    force = force + np.einsum("rjkl,j,k,l", scaled.cubic, q, q, q)
-    force = force + np.einsum("rkjl,j,l,k", scaled.loss, q, q, v)
-    return np.concatenate([v, drive * np.cos(omega * t) - force])
 
 
 def test_polynomial_is_the_acceleration_of_the_equations():
@@ -109,30 +78,43 @@ def test_matlab_functions_are_the_equations_and_their_derivatives(tmp_path, quad
         assert np.abs(found[derivative] - found[difference]).max() <= DIFFERENCES * scale
 
 
-def test_verilog_a_module_balances_where_the_equations_hold(tmp_path):
+FORCES = """
+load model.mat; q = {q}; v = {v};
+loss = zeros(rows(q), 1);
+for k = 1:rows(q) for j = 1:rows(q) for l = 1:rows(q)
+  loss += cubic_damping(:, k, j, l) * v(k) * q(j) * q(l);
+end end end
+force = C * v + K * q + coefficients.' * prod(q.' .^ exponents, 2) + loss;
+r = load('response.mat');
+fold = strcmp(r.special, 'LP');
+place = r.frequency(fold); size_of = r.amplitude(fold, 1);
+unit = r.unit_direct; names = numel(r.label);
+save('-v7', 'found.mat', 'force', 'place', 'size_of', 'unit', 'names');
+"""
+
+
+@pytest.mark.skipif(not shutil.which("octave-cli"), reason="Octave is not installed")
+def test_matlab_files_are_read_as_they_describe_themselves(tmp_path, response):
     given = system()
-    text = export(given, "verilog-a", tmp_path / "modal.va").read_text()
-    scaled = given.scaled(1.0, 1.0)
-    x = np.random.default_rng(3).normal(size=2 * SIZE)
-    inputs = {"direct": 0.7, "parametric": -0.4}
-    names = [f"{kind}{r + 1}" for kind in "qv" for r in range(SIZE)]
-    q = x[:SIZE]
-    drive = (
-        inputs["direct"] * scaled.force[:, 1] + inputs["parametric"] * scaled.parametric[..., 1] @ q
-    )
-    motion = rate(scaled, 0.0, x, 0.0, 0.0, 0.0) + np.concatenate([np.zeros(SIZE), drive])
-    slopes = dict(zip(names, motion * scaled.frequency))
-    voltages = dict(zip(names, x)) | inputs
-    text = re.sub(r"//.*", "", text)
-    unit = float(re.search(r"`define FREQUENCY (\S+)", text)[1])
-    assert unit == scaled.frequency
-    currents = re.findall(r"I\((\w+)\) <\+ ([^;]*);", text)
-    assert [name for name, _ in currents] == [f"{k}{r + 1}" for r in range(SIZE) for k in "qv"]
-    for _, current in currents:
-        current = re.sub(r"ddt\(V\((\w+)\)\)", lambda m: repr(slopes[m[1]]), current)
-        current = re.sub(r"V\((\w+)\)", lambda m: f"({voltages[m[1]]!r})", current)
-        value = eval(current.replace("`FREQUENCY", repr(unit)).replace("\n", " "))
-        assert abs(value) <= ROUND_OFF * max(1, np.abs(motion).max())
+    export(given, "matlab", tmp_path / "model.mat")
+    export_response(response, "matlab", tmp_path / "response.mat")
+    q, v = np.random.default_rng(5).normal(size=(2, SIZE))
+    program = FORCES.format(q=[[x] for x in q], v=[[x] for x in v])
+    program = program.replace("], [", "]; [")
+    options = ["--quiet", "--eval", program]
+    subprocess.run(["octave-cli", *options], cwd=tmp_path, check=True, timeout=60)
+    found = loadmat(tmp_path / "found.mat", squeeze_me=True)
+    expected = given.damping @ v + given.stiffness @ q
+    expected = expected + np.einsum("rjk,j,k", given.quadratic, q, q)
+    expected = expected + np.einsum("rjkl,j,k,l", given.cubic, q, q, q)
+    expected = expected + np.einsum("rkjl,k,j,l", given.cubic_damping, v, q, q)
+    np.testing.assert_allclose(found["force"], expected, rtol=ROUND_OFF)
+    folds = [p for d in response.diagrams for p in d.special_points if p.type == "LP"]
+    assert len(folds) > 0
+    np.testing.assert_array_equal(np.atleast_1d(found["place"]), [p.frequency for p in folds])
+    sizes = [p.amplitude[0] for p in folds]
+    np.testing.assert_array_equal(np.atleast_1d(found["size_of"]), sizes)
+    assert found["unit"] == "Pa" and found["names"] == len(response.label)
 
 
 def test_poscidyn_gets_the_equations_that_it_has(tmp_path):

@@ -16,7 +16,7 @@ from nanorom.report.viewer.pack import Pack
 from nanorom.report.viewer.page import Page
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-PARTS = ["nanorom", "meshes", "pyproject.toml", "README.md", "LICENSE"]
+PARTS = ["nanorom", "meshes", "pyproject.toml", "setup.cfg", "README.md", "LICENSE"]
 
 PROBE = """
 import importlib.resources, json, nanorom
@@ -87,6 +87,14 @@ def test_every_dependency_is_here_in_a_version_asked_for() -> None:
         # the modules are asked, not the metadata: Debian 12 files h5py's under another name
         version = importlib.import_module(item.name.replace("attrs", "attr")).__version__
         assert version in item.specifier, item.name
+
+
+def test_wheel_names_its_licence(wheel_environment: Path) -> None:
+    """As an SPDX expression where setuptools knows of it (77), otherwise as a text."""
+    (metadata,) = wheel_environment.glob("lib/python3*/site-packages/nanorom-*.dist-info/METADATA")
+    lines = metadata.read_text(encoding="utf-8").splitlines()
+    wanted = {"License-Expression: MIT", "License: MIT"}
+    assert wanted & set(lines) and "License-File: LICENSE" in lines
 
 
 def test_wheel_installs_the_command(wheel_environment: Path) -> None:

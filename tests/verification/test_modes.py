@@ -8,6 +8,7 @@ import nanorom
 from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.report.text import model_text, response_text
 from nanorom.results.response import Response
+from nanorom.verification import modes
 from tests.verification.conftest import drum
 
 TOLERANCE = 1e-3
@@ -124,3 +125,52 @@ def test_a_larger_model_that_cannot_be_had_is_told():
         model = nanorom.reduce(scene)
     assert model.larger is None
     assert "not_estimated" in model_text(model)
+
+
+@pytest.mark.parametrize(
+    ("asked", "looked_at"),
+    [(3, 11), (95, 100), ([1, 2, 150], 100), (100, None)],
+)
+def test_no_larger_model_has_more_modes_than_a_model_may(asked, looked_at, monkeypatch):
+    """Ninety modes and more could not be reduced once, for there are none a hundred and two."""
+    scene, model = drum(asked, **SECTIONS), nanorom.reduce(drum(1))
+    seen = []
+
+    def reduced(wide, **_):
+        seen.append(wide.modes.numbers)
+        raise ValueError("as it is")
+
+    monkeypatch.setattr(modes, "reduce_scene", reduced)
+    told = "no model has more than 100" if looked_at is None else "as it is"
+    with pytest.warns(AccuracyWarning, match=told):
+        modes.with_larger(scene, model)
+    if looked_at:
+        assert len(seen[0]) == looked_at
+        assert set(scene.modes.numbers) < set(seen[0])
+
+
+STRING = nanorom.Scene(
+    geometry=nanorom.String(300e-6, 3e-6),
+    plate=nanorom.Plate(thickness=100e-9),
+    material=nanorom.Material(250e9, 0.23, 3100.0),
+    tension=nanorom.Tension(80.0, 0.0),
+    support=nanorom.Support({"left": "clamped", "right": "clamped"}),
+    modes=nanorom.Modes("auto"),
+    accuracy=nanorom.Accuracy(1e-3, response=TOLERANCE),
+    damping=nanorom.Damping(1e4),
+    drive=nanorom.Drive([0.4]),
+    sweep=nanorom.Sweep("0.9996 f1", "1.0014 f1"),
+)
+
+
+def test_modes_of_a_string_are_chosen_among_those_that_do_not_bend_it_sideways():
+    """Its twist beside its bending would, below the modes that the pressure moves."""
+    model, response = followed(STRING)
+    assert set(model.label) <= {"(1,0)", "(3,0)", "(5,0)", "(7,0)"}
+    assert model.larger is not None
+    assert "(3,0)" in model.larger.label
+    assert not any("1)" in label for label in model.larger.label)
+    assert 0 < response.error < TOLERANCE
+    _, more = followed(STRING.with_(modes=nanorom.Modes(select=[1, 3, 5, 7])))
+    for _, omega, amplitude in differences(response, more):
+        assert max(omega, amplitude) < TOLERANCE

@@ -7,19 +7,24 @@ resonances are far above those of the modes, whose products move at up to twice 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
-from nanorom.errors import AccuracyWarning, SolverError
+from nanorom.errors import AccuracyWarning, SlowPlaneError
 
 NEAR = 2.0  # times the fastest product of two modes: in-plane resonances below that are told of
 
 
-def check(in_plane: float, highest: float, slender: Callable[[], bool] = lambda: False) -> None:
-    """Raise SolverError unless in-plane resonances are above the modes; warn if they are near.
+def check(
+    in_plane: float,
+    highest: float,
+    classes: Mapping[int, tuple[int, ...]],
+    slender: Callable[[], bool] = lambda: False,
+) -> None:
+    """Raise SlowPlaneError unless in-plane resonances are above the modes; warn if they are near.
 
     in_plane : a bound from above on the lowest in-plane frequency; highest : the largest frequency
-    of the modes, both in Hz; slender : whether the film bends in its plane as a string does, which
-    tension makes faster too, asked when it matters.
+    of the modes, both in Hz; classes : of symmetry of the modes by number; slender : whether the
+    film bends in its plane as a string does, which tension makes faster too, asked when it matters.
     """
     fastest = 2 * highest
     if in_plane > NEAR * fastest:
@@ -27,9 +32,10 @@ def check(in_plane: float, highest: float, slender: Callable[[], bool] = lambda:
     told = f"in-plane resonances begin at {in_plane:.3g} Hz or below, "
     remedy = "make the film wider" if slender() else "lower the tension"
     if in_plane <= highest:
-        raise SolverError(
+        raise SlowPlaneError(
             f"{told}that is below the highest mode's {highest:.3g} Hz: the film's plane does not "
-            f"follow such modes statically; ask for fewer of them or {remedy}"
+            f"follow such modes statically; ask for fewer of them or {remedy}",
+            classes,
         )
     warnings.warn(
         f"{told}and products of the modes move at up to {fastest:.3g} Hz: in-plane inertia, which "

@@ -76,7 +76,7 @@ class BeamRoute(Route):
         found = modes(beam, scene.modes.highest)
         index = np.array(scene.modes.numbers) - 1
         axial = beam.axial_frequency
-        inertia.check(axial, found.frequency[index[-1]])
+        inertia.check(axial, found.frequency[index[-1]], dict.fromkeys(scene.modes.numbers, ()))
         pick = np.ix_(index, index)
         return Parts(
             frequency=found.frequency[index],

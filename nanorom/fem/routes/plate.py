@@ -323,7 +323,8 @@ class PlateRoute(Route):
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
         in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)
-        inertia.check(in_plane, frequency[-1], partial(lateral.is_slender, plate))
+        classes = dict(zip(scene.modes.numbers, modes.parities))
+        inertia.check(in_plane, frequency[-1], classes, partial(lateral.is_slender, plate))
         with watch.stage("patterns"):
             products = modal_products(modes)
             units = state.Units.of(scene, scales.length, scales.tension)
