@@ -41,7 +41,7 @@ def test_strong_resonances_are_where_a_slow_flow_has_them(code, second, part, pu
     total, level = 1 + second, 3.2 * LOSS * np.sqrt(second)
     start = explore(system, (total - 0.1, total + 0.1), parametric=level, depth=0).points("NS")[0]
     span = {"omega": (total - 0.06, total + 0.06), "level": (1e-3, 2 * level)}
-    curve = locus(system, start, 0.0, level, parameter="parametric", steps=25, **span)
+    curve = locus(system, start, 0.0, level, parameter="parametric", steps=40, **span)
     (point,) = [found for found in curve.codimension_two if found.type == code]
     away = pull * (second - round(second))  # d, of the mode's distance from 2 and from 3
     assert abs(point.omega - total - away) < SLOW
@@ -125,8 +125,8 @@ def test_doublings_meet_at_two_multipliers_of_minus_one():
         damping=[LOSS, 2 * LOSS], stiffness=[1.0, 1.02**2], parametric=pump + pump.T
     )
     start = explore(system, (1.9, 2.05), parametric=0.15, depth=0).points("PD")[0]
-    span = {"omega": (1.9, 2.1), "level": (0.1, 0.2)}
-    curve = locus(system, start, 0.0, 0.15, parameter="parametric", steps=12, **span)
+    span = {"omega": (1.9, 2.1), "level": (0.09, 0.2)}
+    curve = locus(system, start, 0.0, 0.15, parameter="parametric", steps=30, **span)
     (point,) = [found for found in curve.codimension_two if found.type == "R2"]
     found = exact(system, point.omega, point.level)
     assert (np.sort(np.abs(found + 1))[:2] < DOUBLE).all()
