@@ -23,6 +23,7 @@ from nanorom.rom.patterns import aimed
 LEVELS = (1.6, 2.0, 2.4)
 START, STOP, STEP = 2.02, 4.1, 0.02  # drive frequency by f01
 PERIODS = 150  # of the drive, waited at most at each frequency
+GROWS, GROWTH = 2.0, 800  # where the starts grow onto the doubled branch, for so many periods
 SIZE = 1e-2  # of the starts, in units of the amplitude at which the film doubles its stiffness
 COUNT, SEED = 200, 1
 
@@ -41,12 +42,11 @@ def main(directory="results/falls", count=COUNT, levels=LEVELS, steps=None):
         random = np.random.default_rng(SEED).standard_normal((int(count), 2 * model.size))
         starts = system.scaled(*drive).given_states(SIZE * random)
         begun = time.process_time()
-        many = sweeps(
-            system, tau * model.frequency[0] * ratios, *drive, state=starts, periods=PERIODS
-        )
+        first = tau * model.frequency[0]
+        grown = sweeps(system, [GROWS * first], *drive, state=starts, periods=GROWTH).state[:, 0]
+        many = sweeps(system, first * ratios, *drive, state=grown, periods=PERIODS)
         seconds = (time.process_time() - begun) / int(count)
         found.append(falls(many))
-        first = tau * model.frequency[0]
         row = "".join(f"{found[-1].quantile(q) / first:14.2f}" for q in (0, 0.25, 0.5, 0.75))
         up = 100 * np.mean(~found[-1].fell)
         print(f"{level:5g}{row}{up:8.3g} %{seconds:16.2f}", flush=True)

@@ -273,6 +273,6 @@ def test_falls_are_counted(demos, tmp_path):
     """demos/falls.py with few sweeps and steps, in which the motion grows and none falls."""
     import falls
 
-    (found,) = falls.main(tmp_path, 8, (2.0,), steps=4)
-    assert len(found.last) == 8 and not found.fell.any()
+    (found,) = falls.main(tmp_path, 4, (2.0,), steps=3)
+    assert len(found.last) == 4 and not found.fell.any()
     assert (tmp_path / "falls.png").stat().st_size > 10_000
