@@ -76,7 +76,7 @@ def locus(
     at: Sequence[float] = (),
     codimension_two: bool = True,
 ) -> Locus:
-    """Follow a special point of `explore` in the plane of drive frequency and another parameter.
+    """Follow a special point of `explore` in the plane of frequency and another parameter.
 
     Parameters
     ----------
@@ -89,24 +89,21 @@ def locus(
         "damping", "stiffness", "quadratic", "cubic" or "cubic_damping", a factor on that array;
         or arrays by name, {"cubic": dB, "damping": dC}, that are added `level` times, from 0 at the
         point: any coefficient, any combination
-    steps : most steps on either side of the point
-    largest_step : arc length, relative to the size of the orbit, the frequency and the level
+    steps, largest_step : most steps on either side of the point; their arc length, relative to the
+        size of the orbit, the frequency and the level
     tolerance : size of the last harmonics, relative to the orbit
     at : levels at which there are to be points of the curve, in the unit of `level`
-    codimension_two : whether to look for what is met on the way, which takes multipliers of every
-        orbit, of period doublings derivatives of the map over a period, too
+    codimension_two : whether to look for what is met on the way, by multipliers of every orbit
 
     Raises
     ------
-    ContinuationError
-        for an unknown parameter or a point that cannot be followed.
+    ContinuationError : for an unknown parameter or a point that cannot be followed
     """
-    levels = {"direct": direct, "parametric": parametric}
     added = not isinstance(parameter, str)  # from 0 at the point
     if added:
         _check_level(level, 0.0)
     size = max(abs(level[0]), abs(level[1])) if added else 0.0
-    line, start = through(system, parameter, levels, size)
+    line, start = through(system, parameter, {"direct": direct, "parametric": parametric}, size)
     unit = line.unit
     low, high = (value / unit.frequency for value in check_range(omega))
     _check_level(level, start)
@@ -122,9 +119,8 @@ def locus(
         at=[value / line.size for value in at],
     )
     first = _scaled(point, unit, start / line.size)
-    forward = curve.follow(first, 1.0, steps, largest_step)
-    backward = curve.follow(first, -1.0, steps, largest_step)
-    return _result(point, line, backward[::-1] + forward[1:])
+    one, other = (curve.follow(first, sign, steps, largest_step) for sign in (1.0, -1.0))
+    return _result(point, line, other[::-1] + one[1:])
 
 
 def _check_level(level: tuple[float, float], start: float) -> None:

@@ -68,10 +68,7 @@ def basins(
     tolerance : relative error of a step of the time integration
     progress : as of `sweeps`
 
-    Raises
-    ------
-    ContinuationError
-        for directions of a wrong shape, and as `sweeps` does.
+    Raises ContinuationError for directions of a wrong shape, and as `sweeps` does.
     """
     directions = np.asarray(plane, dtype=float)
     if directions.ndim != 2 or len(directions) != 2:
