@@ -20,10 +20,10 @@ from nanorom.files.whole import make_directory
 from nanorom.plots.style import COLUMN, save, styled
 from nanorom.rom.patterns import aimed
 
-LEVELS = (1.6, 2.0, 2.4)
+LEVELS = (2.0, 2.4)
 START, STOP, STEP = 2.02, 4.1, 0.02  # drive frequency by f01
 PERIODS = 150  # of the drive, waited at most at each frequency
-GROWS, GROWTH = 2.0, 800  # where the starts grow onto the doubled branch, for so many periods
+GROWS, GROWTH = 2.0, 3000  # where the starts grow onto the doubled branch, for so many periods
 SIZE = 1e-2  # of the starts, in units of the amplitude at which the film doubles its stiffness
 COUNT, SEED = 200, 1
 
