@@ -17,9 +17,6 @@ from nanorom.files.whole import (
     make_directory,
 )
 from nanorom.launch import finite_elements, mpi_rank, watched
-from nanorom.report import summary as summary_text
-from nanorom.results.loadcurve import LoadCurve
-from nanorom.results.near import Near
 from nanorom.rom.model import ReducedModel
 from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
@@ -28,6 +25,7 @@ from nanorom.types import Progress
 
 if TYPE_CHECKING:
     from nanorom.continuation.orbits.orbit import PeriodicOrbit
+    from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.response import Response
     from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.verified import Verified
@@ -139,6 +137,7 @@ def sensitivity(
     DOLFINx is not installed.
     """
     from nanorom.results import sensitivity as results
+    from nanorom.results.near import Near
 
     scene = Scene.of(scene)
     results.check(scene, of)
@@ -248,6 +247,8 @@ def run(
         if mpi_rank() != 0:
             return None
         seconds = {"reduce": time.perf_counter() - start}
+        from nanorom.report import summary as summary_text
+
         summary: dict[str, Any] = {"scene": scene.to_toml(), **summary_text.of_model(model)}
         response = None
         if scene.drive is not None and scene.sweep is not None:

@@ -22,6 +22,8 @@ from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.stability import Stability
 
 POINTS = 24  # of a level
+TAIL = 1e-7  # of the largest coefficient: harmonics below are left out of orbits whose errors are
+# told to 1e-5 at best; each would be near resonance with many modes, and make an orbit dear
 NUMBERS = (
     "residual",
     "omega_full",
@@ -86,7 +88,8 @@ def _chosen(response: Response, level: int | None, points: int) -> list[Chosen]:
     if level is not None and not 1 <= level <= count:
         raise SceneError(f"level: found {level}; allowed: 1 to {count}")
     numbers = range(count) if level is None else [level - 1]
-    return [point for n in numbers for point in of_level(n, response.diagrams[n], points)]
+    chosen = [point for n in numbers for point in of_level(n, response.diagrams[n], points)]
+    return [attrs.evolve(point, orbit=point.orbit.without_tail(TAIL)) for point in chosen]
 
 
 def _with_modes_of(film: Film, response: Response) -> Film:

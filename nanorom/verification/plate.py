@@ -16,9 +16,10 @@ from nanorom.fem.models import operators
 from nanorom.fem.models.operators import ClassStiffness, free_deflections
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import bending
+from nanorom.fem.output import losses
 from nanorom.fem.output.model import modal_products
 from nanorom.fem.plan import Plan
-from nanorom.fem.routes.methods import lost, viscous
+from nanorom.fem.routes.methods import motion_of, viscous
 from nanorom.fem.routes.plate import Solution, solve
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import algebra, compat
@@ -160,8 +161,8 @@ def _modal(
         "cubic": solution.force.cubic,
         "slope": products.slope,
     }
-    losses = lost(scene, scales, solution.modes, products, solution.force.stretching)
-    return found | viscous(scene, scales, solution.modes), losses
+    motion = motion_of(scene, scales, solution.modes, products, solution.force.stretching)
+    return found | viscous(scene, scales, solution.modes), losses.losses(scene, motion)
 
 
 def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:

@@ -2,12 +2,12 @@
 
     ./run python -m tests.benchmarks.converged [--sizes 18,28,40] [CASE ...]
 
-Every case is followed with the lowest eleven modes as the demo does it.  Three special points of
+Every case is followed with the lowest eleven modes as the demo does it.  Special points of
 the doubled branch of f01 are then located in models of more and more modes, each starting from the
 one before (`nanorom.continuation.larger.location`): where the branch loses its stability first,
-where its highest stable stretch ends, and its Neimark-Sacker point nearest to the paper's.  That
-is some ten times cheaper than a diagram.  What is told as the film's is the last, its bar the last
-change.
+where its highest stable stretch and where all of it ends, and its Neimark-Sacker point nearest to
+the paper's.  That is some ten times cheaper than a diagram.  What is told as the film's is the
+last, its bar the last change.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ SETS = (
     "f01 alone",
 )
 FIRST, HIGHEST, NEAREST = "stable to", "highest stable", "NS nearest to 2.538"
+END = "end of the branch"
 
 
 @attrs.frozen
@@ -125,6 +126,7 @@ def wanted(diagram: nanorom.Diagram, model: ReducedModel) -> dict[str, SpecialPo
     if torus is not None:
         places[NEAREST] = torus.omega / unit
     own = diagram.points(branch=diagram.branches.index(branch))
+    places[END] = max(point.omega for point in own) / unit
     for name, ratio in places.items():
         point = min(own + ([torus] if torus else []), key=lambda p: abs(p.omega / unit / ratio - 1))
         if abs(point.omega / unit / ratio - 1) < MERGED:

@@ -37,6 +37,13 @@ def test_a_mesh_without_its_scale_is_told_by_its_size_and_its_cells():
         ({"support": Support(Spring(spring=1e-12))}, "support.spring: .* from a free edge"),
         ({"support": Support(Spring(spring=1e18))}, "support.spring: .* from a rigid one"),
         ({"support": Support(Spring(rotational=1e6))}, "support.rotational: .* a rigid one"),
+        (
+            {
+                "geometry": MeshFile(MESHES / "perforated.geo", scale="2.5 um"),
+                "support": Support({"rim": "clamped"}),
+            },
+            "support.rim: the mesh has no boundary of that name; allowed: edge, holes",
+        ),
     ],
 )
 def test_what_cannot_be_computed_is_refused_before_anything_runs(run, changes, told):

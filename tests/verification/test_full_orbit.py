@@ -6,6 +6,8 @@ import pytest
 import nanorom
 from nanorom.continuation import explore
 from nanorom.errors import SceneError
+from nanorom.verification.campaign import TAIL
+from nanorom.verification.compare import VERIFIED
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.newton import SOLVED
 from nanorom.verification.orbit import full_orbit
@@ -17,6 +19,7 @@ from tests.verification.radial_orbits import Drum
 SPECTRAL = 5e-6  # of an amplitude; the film's mesh is made for 1e-5
 ROUND_OFF = 1e-9
 TWO_MESHES = 1e-5
+TAILS = 1e-6  # of the largest amplitude: as a verification solves for it
 TENSION = 0.3
 
 
@@ -121,3 +124,25 @@ def test_orbit_of_another_model_is_refused(doubled):
     with pytest.raises(SceneError, match="11"):
         wrong = nanorom.continuation.orbits.orbit.PeriodicOrbit(np.zeros((3, 4)), 1.0)
         nanorom.full_orbit(doubled.scene, wrong, direct=1.0)
+
+
+def test_harmonics_below_a_part_in_ten_million_do_not_change_the_film_s_orbit(doubled):
+    """A verification leaves them out: half as many unknowns, and fewer modes near resonance."""
+    short = doubled.orbit.without_tail(TAIL)
+    assert short.harmonics < 0.7 * doubled.orbit.harmonics
+    given = {"direct": doubled.direct, "parametric": doubled.parametric, "film": doubled.film}
+    one, other = (
+        full_orbit(doubled.scene, orbit, tolerance=VERIFIED, **given)
+        for orbit in (short, doubled.orbit)
+    )
+    assert one.amplitude == pytest.approx(other.amplitude, abs=TAILS * other.amplitude.max())
+    assert one.outside_amplitude == pytest.approx(
+        other.outside_amplitude, abs=TAILS * other.amplitude.max()
+    )
+
+
+def test_tail_of_an_orbit_leaves_what_a_cubic_makes_of_the_drive():
+    coefficients = np.zeros((41, 2))
+    coefficients[[3, 15, 30]] = [[1.0, 0.0], [1e-3, 0.0], [0.0, 1e-9]]
+    orbit = nanorom.continuation.PeriodicOrbit(coefficients, 1.0, 2)
+    assert [orbit.without_tail(s).harmonics for s in (1e-10, 1e-7, 1e-2)] == [15, 8, 6]

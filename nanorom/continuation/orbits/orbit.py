@@ -33,6 +33,17 @@ class PeriodicOrbit:
         """Number H of harmonics."""
         return (len(self.coefficients) - 1) // 2
 
+    def without_tail(self, share: float) -> PeriodicOrbit:
+        """The same without the last harmonics, whose coefficients are below a share of the largest.
+
+        Harmonics to three times the drive's stay, which a cubic force makes.
+        """
+        size = np.abs(self.coefficients).max(axis=1)
+        large = np.flatnonzero(size > share * size.max())
+        last = max(3 * self.period_multiple, int(large.max(initial=0) + 1) // 2)
+        coefficients = self.coefficients[: 2 * last + 1]
+        return PeriodicOrbit(coefficients, self.omega, self.period_multiple)
+
     def __call__(self, time: Array | float) -> Array:
         """Modal coordinates q (..., L) at the times (...), in the system's units."""
         return np.asarray(self._table(time) @ self.coefficients)

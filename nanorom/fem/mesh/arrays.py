@@ -31,6 +31,11 @@ class MeshData:
     facets: Mapping[str, np.ndarray]
     surfaces: Mapping[str, np.ndarray] = attrs.field(factory=dict)
 
+    @property
+    def sides(self) -> np.ndarray:
+        """Of the box about it, (2,) or (3,)."""
+        return np.asarray(np.ptp(self.points, axis=0))
+
     def placed(self, place: Placement) -> MeshData:
         """This flat mesh on a surface in space, the upper side of every cell up."""
         corners = self.points[self.cells[:, :3]]

@@ -1,4 +1,4 @@
-"""Discs and rectangles cut along the edges of regions in them, by gmsh."""
+"""Discs and rectangles cut along the edges of regions and masses on them, by gmsh."""
 
 from __future__ import annotations
 
@@ -22,16 +22,26 @@ Point = tuple[float, float]
 
 @attrs.frozen
 class Piece:
-    """A disc of a radius about a centre, or what lies within corners in their order."""
+    """A disc of a radius about a centre, or what lies within corners in their order.
+
+    stiff: the film's stiffness ends at its edge, about which it bends in a layer.
+    """
 
     centre: Point = (0.0, 0.0)
     radius: float = 0.0
     corners: tuple[Point, ...] = ()
+    stiff: bool = True
+
+    def at_edge(self, size: float) -> float:
+        """Size of the cells that its edge needs by itself, where the others have a size."""
+        if self.radius:
+            return min(size, 2 * np.pi * self.radius / ROUND)
+        return min(size, max(_shortest(self.corners), FINEST * size))
 
 
 @attrs.frozen
 class Cut:
-    """A film and the pieces that cut it; cells of a size, at all edges of another.
+    """A film and the pieces that cut it; cells of a size, of another where it bends at edges.
 
     film: its disc, or its rectangle from the lower left corner on; at_edge: 0 if no cell shrinks.
     """
@@ -58,7 +68,7 @@ class Cut:
         gmsh.model.add("cut")
         film = _add(gmsh, self.film)
         pieces = [(2, _add(gmsh, piece)) for piece in self.pieces]
-        parts, _ = gmsh.model.occ.fragment([(2, film)], pieces)
+        parts, made = gmsh.model.occ.fragment([(2, film)], pieces)
         gmsh.model.occ.synchronize()
         surfaces = [part for part in parts if part[0] == 2]
         names: dict[str, list[int]] = {}
@@ -67,7 +77,7 @@ class Cut:
         for name, tags in names.items():
             group = gmsh.model.addPhysicalGroup(1, tags)
             gmsh.model.setPhysicalName(1, group, name)
-        self._set_size(gmsh)
+        self._set_sizes(gmsh, made)
         gmsh.model.mesh.generate(2)
         return sketch(gmsh, Path(self.name))
 
@@ -81,30 +91,36 @@ class Cut:
         away = np.abs(np.concatenate([middle - low, middle - high]))
         return ("left", "bottom", "right", "top")[int(away.argmin())]
 
-    def _set_size(self, gmsh: Any) -> None:
-        """Cells of the size, and smaller ones at edges."""
+    def _set_sizes(self, gmsh: Any, made: list[Any]) -> None:
+        """Cells of the size, and smaller ones at edges; made: parts of the film and the pieces."""
         for option in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
             gmsh.option.setNumber(f"Mesh.MeshSize{option}", 0)
         gmsh.option.setNumber("Mesh.MeshSizeMax", self.size)
-        smallest = [2 * np.pi * p.radius / ROUND for p in self.pieces if p.radius]
-        smallest += [_shortest(p.corners) for p in self.pieces if p.corners]
-        at_edge = min([self.at_edge or self.size, self.size, *smallest])
-        at_edge = max(at_edge, FINEST * self.size)
-        if at_edge == self.size:
-            return
-        field = gmsh.model.mesh.field
-        distance, size = field.add("Distance"), field.add("Threshold")
-        edges = [tag for _, tag in gmsh.model.getEntities(1)]
-        field.setNumbers(distance, "CurvesList", edges)
-        for key, value in {
-            "InField": distance,
-            "SizeMin": at_edge,
-            "SizeMax": self.size,
-            "DistMin": 0.0,
-            "DistMax": (self.size - at_edge) / STEEPEST,
-        }.items():
-            field.setNumber(size, key, value)
-        field.setAsBackgroundMesh(size)
+        layer = min(self.size, max(self.at_edge or self.size, FINEST * self.size))
+        sizes = [layer]
+        for piece in self.pieces:
+            own = piece.at_edge(self.size)
+            sizes.append(min(own, layer) if piece.stiff else own)
+        field, smaller = gmsh.model.mesh.field, []
+        for parts, at_edge in zip(made, sizes):
+            if at_edge == self.size:
+                continue
+            edges = gmsh.model.getBoundary(parts, combined=True, oriented=False)
+            distance, size = field.add("Distance"), field.add("Threshold")
+            field.setNumbers(distance, "CurvesList", [tag for _, tag in edges])
+            for key, value in {
+                "InField": distance,
+                "SizeMin": at_edge,
+                "SizeMax": self.size,
+                "DistMin": 0.0,
+                "DistMax": (self.size - at_edge) / STEEPEST,
+            }.items():
+                field.setNumber(size, key, value)
+            smaller.append(size)
+        smallest = field.add("Min")
+        field.setNumbers(smallest, "FieldsList", smaller)
+        if smaller:
+            field.setAsBackgroundMesh(smallest)
 
 
 def _add(gmsh: Any, piece: Piece) -> int:

@@ -15,7 +15,7 @@ from itertools import pairwise
 import attrs
 import numpy as np
 
-from nanorom.fem.mesh.arrays import Source
+from nanorom.fem.mesh.arrays import MeshData, Source
 from nanorom.fem.mesh.corners import Corners
 from nanorom.fem.mesh.cut import Cut
 from nanorom.fem.mesh.gmsh import GmshFile
@@ -81,8 +81,8 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
         source = Cut(piece(geometry, length), pieces(scene, length), size, at_edge)
         return Discretisation(source, degree, order, corners=_corners(scene, length, tolerance))
     if isinstance(geometry, Disc):
-        circles = radii(scene.regions, length)
-        if circles:
+        circles = radii(scene, length)
+        if scene.regions or len(circles) > 1:
             found = _parted_disc(degree, order, size, layer, mirrors, tolerance, circles)
         else:
             spot = _spot(scene, length, tolerance)
@@ -109,9 +109,11 @@ def _file(
 def _corners(scene: Scene, length: float, tolerance: float | None) -> Corners | None:
     if tolerance is None:
         return None
+    followed = not isinstance(scene.geometry, MeshFile)  # the rims of discs are
     points = tuple(
         (mass.position[0] / length, mass.position[1] / length, mass.radius / length)
         for mass in scene.masses
+        if not (followed and mass.radius)
     )
     points += corners_of(scene, length, Mirrors.of(scene))
     return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance, points)
@@ -235,7 +237,7 @@ def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
         centred.append(scene.load)
     if not centred or tolerance is None:
         return 0.0
-    return centred[-1].radius / length or float(np.sqrt(tolerance))
+    return max(each.radius for each in centred) / length or float(np.sqrt(tolerance))
 
 
 def _outermost(layer: float, tolerance: float) -> float:
@@ -324,14 +326,13 @@ def surface(chosen: Discretisation) -> Discretisation:
     return attrs.evolve(chosen, source=attrs.evolve(chosen.source, in_space=True), corners=None)
 
 
-def measured(chosen: Discretisation, in_space: bool = False) -> tuple[int, np.ndarray]:
-    """Cells of a discretisation and the sides (2,) or (3,) of the box about it. One process.
+def meshed(chosen: Discretisation, in_space: bool = False) -> MeshData:
+    """The mesh of a discretisation, not yet distributed. One process.
 
     Raises MeshError as meshing does.
     """
     chosen = surface(chosen) if in_space else chosen
-    data = chosen.source.mesh(1, chosen.corners)
-    return len(data.cells), np.ptp(data.points, axis=0)
+    return chosen.source.mesh(1, chosen.corners)
 
 
 def cells_of(chosen: Discretisation) -> int | None:

@@ -1,4 +1,4 @@
-"""Where the edges of a scene's regions lie, in its unit of length: what a mesh has to follow."""
+"""Where edges of regions and masses lie, in a scene's unit of length: what a mesh has to follow."""
 
 from __future__ import annotations
 
@@ -15,16 +15,26 @@ ALIKE = 1e-9  # of the film's size: edges nearer than that are one
 
 
 def is_cut(scene: Scene) -> bool:
-    """Regions have edges that neither a drum's rings nor a rectangle's rows can follow."""
+    """There are edges that neither a drum's rings nor a rectangle's rows can follow."""
     geometry, regions = scene.geometry, scene.regions
+    discs = [mass for mass in scene.masses if mass.radius]
+    if isinstance(geometry, MeshFile):
+        return False
     if isinstance(geometry, Disc):
+        if not all(mass.centred for mass in discs):
+            return True
         return not all(isinstance(r, DiscRegion) and r.position == (0.0, 0.0) for r in regions)
-    return not all(isinstance(r, RectangleRegion) for r in regions)
+    return bool(discs) or not all(isinstance(r, RectangleRegion) for r in regions)
 
 
-def radii(regions: Sequence[Region], length: float) -> tuple[float, ...]:
-    """Of the circles inside a drum of radius 1 that its concentric regions end at."""
-    found = [r / length for region in regions for r in region.radii]
+def radii(scene: Scene, length: float) -> tuple[float, ...]:
+    """Of the circles inside a drum of radius 1 at which regions, masses or its load end, all
+    about the centre.
+    """
+    found = [r / length for region in scene.regions for r in region.radii]
+    found += [mass.radius / length for mass in scene.masses if mass.radius]
+    if scene.load is not None and scene.load.force and scene.load.centred and scene.load.radius:
+        found.append(scene.load.radius / length)
     return _apart([r for r in found if r < 1 - ALIKE])
 
 
@@ -77,4 +87,8 @@ def pieces(scene: Scene, length: float) -> tuple[Piece, ...]:
             found += [Piece(centre, r / length) for r in region.radii]
         else:
             found.append(Piece(corners=tuple((x / length, y / length) for x, y in region.corners)))
+    for mass in scene.masses:
+        if mass.radius:
+            centre = mass.position[0] / length, mass.position[1] / length
+            found.append(Piece(centre, mass.radius / length, stiff=False))
     return tuple(found)

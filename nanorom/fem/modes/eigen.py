@@ -34,6 +34,7 @@ MOST_STEPS, MOST_ROUNDS = 120, 6  # of iterations from the modes of degree 2, of
 ROUNDED = 0.3  # relative rounding of an eigenvalue from which corrections do not lead back
 DEGENERATE = 1e-6  # eigenvalues closer than this (relative) are equal
 NEAR = 1e-3  # neighbours closer than this are computed together, so that they can be told apart
+COUPLED = 1e-3  # of the stiffness of two modes; near ones that are told apart have up to 5e-4
 EXTRA = 2  # modes beyond those asked for, so that a pair is not cut in two
 
 
@@ -67,6 +68,20 @@ class Modes(Deflections):
         even = attrs.evolve(self.film, patchwork=None) if self.film.patchwork else self.film
         mass = algebra.assemble(even.compiled(even.mass_form))
         return np.diag(self.modal(dict.fromkeys(self.parities, mass))).copy()
+
+
+def check_uncoupled(stiffness: np.ndarray, names: Sequence[str]) -> None:
+    """Raise SolverError if modes are coupled by their stiffness (L, L): they are no eigenmodes."""
+    size = np.sqrt(np.abs(stiffness.diagonal()))
+    coupling = np.abs(stiffness) / np.outer(size, size)
+    np.fill_diagonal(coupling, 0.0)
+    first, second = np.unravel_index(coupling.argmax(), coupling.shape)
+    if not coupling[first, second] <= COUPLED:
+        raise SolverError(
+            f"modes {first + 1} ({names[first]}) and {second + 1} ({names[second]}) are coupled by "
+            f"{coupling[first, second]:.1e} of their stiffness, more than {COUPLED:g}: they are no "
+            "eigenmodes; refine the mesh or ask for a smaller tolerance"
+        )
 
 
 def clusters(eigenvalues: np.ndarray, tolerance: float = DEGENERATE) -> list[np.ndarray]:

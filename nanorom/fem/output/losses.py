@@ -7,15 +7,20 @@ Unterreithmeier et al. 2010, doi:10.1103/PhysRevLett.105.027205).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import attrs
 import numpy as np
 
+from nanorom.errors import AccuracyWarning
 from nanorom.scene.elasticity import Law, as_law, scaled
 from nanorom.scene.material import GAS_CONSTANT
 from nanorom.scene.scene import Scene
 
+UNSURE = 0.1  # relative error of a mode's loss that is told aloud
+APART = 1e-6  # modes whose squared frequencies differ by less (relative) are turned by rules
 THIN = 0.1  # h by thermal lengths up to which the series of Zener's function has more digits
 
 
@@ -23,8 +28,8 @@ THIN = 0.1  # h by thermal lengths up to which the series of Zener's function ha
 class Motion:
     """What losses of L modes follow from, in SI.
 
-    frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L,) N/m: the part of
-    bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
+    frequency (L,) Hz; stiffness (L,) N/m of all that stores energy; strained (L, L) N/m: the part
+    of bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
     bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2; lossy (L,) N/m: of
     `strained` each place's times its E''/E', None where the material is one; squeezed (L,) complex
     N/m: of the gas in a gap, None without one.
@@ -50,7 +55,7 @@ def material(scene: Scene, motion: Motion) -> np.ndarray | None:
     loss = scene.material.loss
     if motion.lossy is not None:
         return motion.lossy / motion.stiffness if motion.lossy.any() else None
-    return loss * motion.strained / motion.stiffness if loss else None
+    return loss * np.diag(motion.strained) / motion.stiffness if loss else None
 
 
 def thermoelastic(scene: Scene, motion: Motion) -> np.ndarray | None:
@@ -122,7 +127,53 @@ MECHANISMS: dict[str, Mechanism] = {
 }
 
 
-def losses(scene: Scene, motion: Motion) -> dict[str, np.ndarray]:
-    """1/Q (L,) of each mechanism that a scene has."""
+def told(
+    scene: Scene, motion: Motion | None, frequency: np.ndarray, names: Sequence[str]
+) -> dict[str, Any]:
+    """Estimated relative errors of what bending loses, where it does. Warns where they are large.
+
+    frequency: estimated relative errors (L,) of the frequencies of modes of these names.  The
+    energy that a solution leaves out, 2 df/f of all, is lost at most as where the film is lossiest,
+    and where tension dilutes loss, all energy is many times the lossy part.  That bending weighs a
+    shape otherwise than its stiffness does counts no more: its energy is a part of all.  Besides,
+    errors turn modes of near frequencies into each other, see `modes.accuracy`.
+    """
+    if motion is None or not scene.bends_with_loss:
+        return {}
+    share = np.diag(motion.strained) / motion.stiffness
+    lossiest = max(scene.material.loss, *(region.loss or 0.0 for region in scene.regions), 0.0)
+    if motion.lossy is not None and lossiest:
+        share = motion.lossy / (lossiest * motion.stiffness)
+    left_out = np.divide(2 * frequency, share, out=np.full_like(share, np.inf), where=share > 0)
+    errors = left_out + _turned(motion, frequency)
+    worst = int(errors.argmax())
+    if not errors[worst] <= UNSURE:
+        ask = 10 ** np.floor(np.log10(0.5 * UNSURE * max(share[worst], np.finfo(float).eps)))
+        warnings.warn(
+            f"the loss of mode {names[worst]} is known to {errors[worst]:.0e} only, since tension "
+            f"stores all but {share[worst]:.0e} of its energy; ask for accuracy.tolerance = "
+            f"{ask:g}, or less",
+            AccuracyWarning,
+            stacklevel=2,
+        )
+    return {"error_losses": errors}
+
+
+def _turned(motion: Motion, frequency: np.ndarray) -> np.ndarray:
+    """What errors (L,) of frequencies change of lossy energies (L,) by mixing modes, relative."""
+    scale = np.sqrt(motion.mass)
+    lossy = np.abs(motion.strained) / np.outer(scale, scale)
+    squares = motion.omega**2
+    apart = np.abs(squares[:, None] - squares) / np.sqrt(np.outer(squares, squares))
+    error = 2 * np.sqrt(np.outer(frequency, frequency))
+    angle = np.divide(error, apart, out=np.zeros_like(error), where=apart > APART)
+    own = np.maximum(np.diag(lossy), np.finfo(float).tiny)
+    return np.asarray(2 * (lossy * np.minimum(angle, 1.0)).sum(axis=1) / own)
+
+
+def losses(scene: Scene, motion: Motion | None) -> dict[str, np.ndarray]:
+    """1/Q (L,) of each mechanism that a scene has; none without what they follow from."""
+    if motion is None:
+        return {}
     found = {name: mechanism(scene, motion) for name, mechanism in MECHANISMS.items()}
     return {name: inverse for name, inverse in found.items() if inverse is not None}

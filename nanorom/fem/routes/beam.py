@@ -77,15 +77,16 @@ class BeamRoute(Route):
         index = np.array(scene.modes.numbers) - 1
         axial = beam.axial_frequency
         inertia.check(axial, found.frequency[index[-1]], dict.fromkeys(scene.modes.numbers, ()))
-        pick = np.ix_(index, index)
+        pick, motion = np.ix_(index, index), motion_of(found, index, width)
+        names = [f"({n + 1},0)" for n in index]
         return Parts(
             frequency=found.frequency[index],
             mass=found.mass[index],
-            label=[f"({n + 1},0)" for n in index],
+            label=names,
             stiffness=found.stiffness[pick],
             quadratic=np.zeros((len(index),) * 3),
             cubic=found.cubic[np.ix_(index, index, index, index)],
-            losses=losses.losses(scene, motion_of(found, index, width)),
+            losses=losses.losses(scene, motion),
             patterns=reduced(StripWork(found, index, width), scene.drive),
             shapes=_strip(found, index, width),
             viscous=viscous_of(scene, found, index),
@@ -95,18 +96,19 @@ class BeamRoute(Route):
                 "error_frequency": found.error[0],
                 "error_tensor": found.error[1],
                 "in_plane_frequency": axial,
-            },
+            }
+            | losses.told(scene, motion, np.full(len(index), found.error[0]), names),
         )
 
 
 def motion_of(found: BeamModes, index: NDArray[np.int64], width: float) -> losses.Motion:
     """What losses of some modes of a beam follow from."""
-    bent = np.diag(found.bending)[index]
+    bent = found.bending[np.ix_(index, index)]
     return losses.Motion(
         frequency=found.frequency[index],
         stiffness=np.diag(found.stiffness)[index],
         strained=bent,
-        dilated=bent,
+        dilated=np.diag(bent),
         mass=found.mass[index],
         square=width * found.square[index],
     )

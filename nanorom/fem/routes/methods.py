@@ -138,36 +138,35 @@ def loaded_tensors(
     return quadratic, scales.cubic * cubic, found
 
 
-def lost(
+def motion_of(
     scene: Scene,
     scales: Scales,
     modes: Modes,
     products: ModalProducts,
     stretching: np.ndarray,
     gas: Squeezed | None = None,
-) -> dict[str, np.ndarray]:
-    """1/Q (L,) of each mode by what takes energy, if the scene has any loss. Collective.
+) -> losses.Motion | None:
+    """What losses of modes follow from, None if the scene has none. Collective.
 
     stretching: (L, L) that the film's state adds to the modes' stiffness, scaled; gas: in a gap.
     """
     if not scene.lossy:
-        return {}
+        return None
     strained, lossy = bending.stiffness(modes) + stretching, None
     if scene.regions:
         lossy = bending.lost(modes) + scene.material.loss * stretching
         lossy = scales.tension * np.diag(lossy)
     dilated = bending.stiffness(modes, losses.dilated(scene))
-    motion = losses.Motion(
+    return losses.Motion(
         frequency=scales.frequency(modes.eigenvalues) if gas is None else gas.frequency,
         stiffness=scales.tension * np.diag(products.stiffness + stretching),
-        strained=scales.tension * np.diag(strained),
+        strained=scales.tension * strained,
         dilated=scales.tension * np.diag(dilated),
         mass=scales.mass * products.mass,
         square=scales.length**2 * modes.squares(),
         lossy=lossy,
         squeezed=None if gas is None else gas.stiffness,
     )
-    return losses.losses(scene, motion)
 
 
 def viscous(scene: Scene, scales: Scales, modes: Modes) -> dict[str, np.ndarray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from math import comb
 from typing import Any
@@ -21,11 +20,11 @@ from nanorom.fem.modes import accuracy, buckling, coupled, eigen
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.modes.normal import normalise_film
-from nanorom.fem.output import drawing, heat, patterns
+from nanorom.fem.output import drawing, heat, losses, patterns
 from nanorom.fem.output.model import Parts, modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
-from nanorom.fem.routes.methods import Force, force_of, lost, viscous
+from nanorom.fem.routes.methods import Force, force_of, motion_of, viscous
 from nanorom.fem.routes.route import Route, step_cases
 from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
 from nanorom.fem.scales import Scales
@@ -49,21 +48,6 @@ SECONDS_FIXED, SECONDS_PER_DOF = 0.03, 1.3e-4
 SECONDS_PER_PAIR, SECONDS_PER_CASE = 7e-7, 1.8e-6
 BYTES_PER_DOF = 3e3  # per degree of the deflection: peak of a group with factors, rounded up
 SHARE = 0.5  # of the free memory that a default may fill
-COUPLED = 1e-3  # of the stiffness of two modes; near ones that are told apart have up to 5e-4
-
-
-def check_uncoupled(stiffness: np.ndarray, names: Sequence[str]) -> None:
-    """Raise SolverError if modes are coupled by their stiffness (L, L): they are no eigenmodes."""
-    size = np.sqrt(np.abs(stiffness.diagonal()))
-    coupling = np.abs(stiffness) / np.outer(size, size)
-    np.fill_diagonal(coupling, 0.0)
-    first, second = np.unravel_index(coupling.argmax(), coupling.shape)
-    if not coupling[first, second] <= COUPLED:
-        raise SolverError(
-            f"modes {first + 1} ({names[first]}) and {second + 1} ({names[second]}) are coupled by "
-            f"{coupling[first, second]:.1e} of their stiffness, more than {COUPLED:g}: they are no "
-            "eigenmodes; refine the mesh or ask for a smaller tolerance"
-        )
 
 
 @attrs.frozen(eq=False)
@@ -294,8 +278,8 @@ class PlateRoute(Route):
         cells = discretisation.cells_of(chosen)
         where, columns = "", self.load_cases(plan)[0]
         if cells is None:
-            cells, sides = discretisation.measured(chosen)
-            sides = sides * plan.scales.length
+            data = discretisation.meshed(chosen)
+            cells, sides = len(data.cells), data.sides * plan.scales.length
             where = f"{chosen.source.name}, {sides[0]:.3g} m by {sides[1]:.3g} m: "
         dofs = discretisation.dofs_of(cells, chosen.degree)
         per_column = SECONDS_PER_CASE
@@ -335,7 +319,7 @@ class PlateRoute(Route):
             warmth = heat.heat_of(scene, scales, modes, work)
             points, cells, values, static = on_triangulation(solution, scales)
         stiffness = scales.tension * (products.stiffness + force.stretching)
-        check_uncoupled(stiffness, solution.names)
+        eigen.check_uncoupled(stiffness, solution.names)
         gas = None
         if scene.gas is not None and scene.gas.gap is not None:
             mass = scales.mass * products.mass
@@ -343,7 +327,9 @@ class PlateRoute(Route):
             stiffness, frequency = stiffness + np.diag(gas.stiffness.real), gas.frequency
         own, unit = np.einsum("iiii->i", force.cubic), scales.tension / scales.length**2
         curvature = inextensional.curvature_cubic(modes, own / unit, products.stiffness.diagonal())
+        motion = motion_of(scene, scales, modes, products, force.stretching, gas)
         of_range = inextensional.told(curvature, own / unit, solution.names, unit)
+        told = _told(solution, frequency, stiffness, scene, motion)
         parts = Parts(
             frequency=frequency,
             mass=scales.mass * products.mass,
@@ -357,10 +343,10 @@ class PlateRoute(Route):
             static=static,
             viscous=viscous(scene, scales, modes),
             heat=warmth,
-            losses=lost(scene, scales, modes, products, force.stretching, gas),
+            losses=losses.losses(scene, motion),
             method=scene.reduction.method,
             in_plane=scene.reduction.in_plane,
-            diagnostics=_told(solution, frequency, stiffness) | of_range | _size(plate),
+            diagnostics=told | of_range | _size(plate),
         )
         mass_matrix = modes.mass  # it keeps the film's communicator
         del solution, modes, plate, products, force, work
@@ -369,8 +355,16 @@ class PlateRoute(Route):
         return parts
 
 
-def _told(solution: Solution, frequency: np.ndarray, stiffness: np.ndarray) -> dict[str, Any]:
-    """What is known of a solution; a warning if what is outside its modes is no slave of theirs."""
+def _told(
+    solution: Solution,
+    frequency: np.ndarray,
+    stiffness: np.ndarray,
+    scene: Scene,
+    motion: losses.Motion | None,
+) -> dict[str, Any]:
+    """What is known of a solution; warnings if what is outside its modes is no slave of theirs, or
+    their losses are uncertain.
+    """
     told, force = dict(solution.diagnostics), solution.force
     own = told.pop("outside_own_frequencies", None)
     if own is not None and force.outside is not None:
@@ -378,7 +372,10 @@ def _told(solution: Solution, frequency: np.ndarray, stiffness: np.ndarray) -> d
         change = following.dynamics(frequency, own, *tensors)
         following.check(solution.names, change, frequency, own)
         told["outside_dynamics"] = change
-    return told
+    errors = told["error_frequencies"]
+    # what is not of single modes is in the largest
+    errors = errors + told["error_frequency"] - errors.max()
+    return told | losses.told(scene, motion, errors, solution.names)
 
 
 def _size(plate: Plate) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from nanorom.fem.mesh import discretisation
 from nanorom.fem.models import initial_shape
+from nanorom.fem.models.build import boundary_kinds
 from nanorom.fem.output.model import Parts
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
@@ -59,13 +60,17 @@ class Route(ABC):
         """Predicted size and run time, in words."""
 
     def span(self, plan: Plan) -> plausibility.Span:
-        """Shorter and longer side of the film in m; a mesh file is read for it. One process."""
+        """Shorter and longer side of the film in m; a mesh file is read for it. One process.
+
+        Raises SceneError if the supports name curves that the file does not have.
+        """
         known = plausibility.span_of(plan.scene)
         if known is not None:
             return known
         chosen = plan.discretisation(plan.scene.accuracy.tolerance)
-        _, sides = discretisation.measured(chosen, self.in_space)
-        *_, short, long = np.sort(sides) * plan.scales.length
+        data = discretisation.meshed(chosen, self.in_space)
+        boundary_kinds(plan.scene, list(data.facets), chosen.mirrors)
+        *_, short, long = np.sort(data.sides) * plan.scales.length
         return float(short), float(long)
 
     @abstractmethod

@@ -108,8 +108,9 @@ class ShellRoute(Route):
         cells = discretisation.cells_of(chosen)
         where = ""
         if cells is None:
-            cells, sides = discretisation.measured(chosen, self.in_space)
-            box = " by ".join(f"{side * plan.scales.length:.3g} m" for side in sides)
+            data = discretisation.meshed(chosen, self.in_space)
+            cells, sides = len(data.cells), data.sides * plan.scales.length
+            box = " by ".join(f"{side:.3g} m" for side in sides)
             where = f"{chosen.source.name}, {box}: "
         cells *= chosen.mirrors.copies
         return f"{where}{cells} cells of degree {scene.accuracy.degree or SHELL_DEGREE} or more"

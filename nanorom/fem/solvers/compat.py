@@ -36,6 +36,7 @@ try:  # DOLFINx >= 0.7: UFL elements are Basix elements
 except ImportError:
     _basix_ufl = None
 
+_ffi = cffi.FFI()  # one: each parses the names of types anew
 logging.captureWarnings(False)  # importing the form compiler sends warnings to its log
 
 # PETSc takes a closed pipe for a crash and prints a page about it; Python raises BrokenPipeError
@@ -122,11 +123,10 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
         _known_spaces[kind] = element, space._cpp_object.element, space._ufcx_dofmap
         return space
     element, compiled, layout = _known_spaces[kind]
-    ffi, cpp = cffi.FFI(), dolfinx.cpp.fem
-    address = ffi.cast("uintptr_t", ffi.addressof(layout))
-    dofmap = cpp.create_dofmap(mesh.comm, address, mesh.topology, compiled)
+    address = _ffi.cast("uintptr_t", _ffi.addressof(layout))
+    dofmap = dolfinx.cpp.fem.create_dofmap(mesh.comm, address, mesh.topology, compiled)
     on = getattr(mesh, "_mesh", mesh)
-    return fem.FunctionSpace(mesh, element, cpp.FunctionSpace(on, compiled, dofmap))
+    return fem.FunctionSpace(mesh, element, dolfinx.cpp.fem.FunctionSpace(on, compiled, dofmap))
 
 
 # element, DOLFINx' and the form compiler's objects by dimension, degree and
@@ -229,18 +229,18 @@ class Kernel:
     ) -> Any:
         """The form about the operands that take the places of the first form's."""
         parts = [[part._cpp_object for part in own] for own in (spaces, functions, constants)]
-        mesh, ffi = parts[0][0].mesh, cffi.FFI()
+        mesh = parts[0][0].mesh
         if issubclass(self.kind, getattr(_forms, "FormMetaClass", ())):  # 0.5
             types = dolfinx.cpp.fem.IntegralType
             domains = {getattr(types, name): tags for name in self.tagged}
-            return self.kind(self.compiled, *parts, domains, mesh, ffi, None)
+            return self.kind(self.compiled, *parts, domains, mesh, _ffi, None)
         entities = {
             getattr(fem.IntegralType, name): _forms.get_integration_domains(
                 getattr(fem.IntegralType, name), tags, numbers
             )
             for name, numbers in self.tagged.items()
         }
-        address = ffi.cast("uintptr_t", ffi.addressof(self.compiled))
+        address = _ffi.cast("uintptr_t", _ffi.addressof(self.compiled))
         try:
             made = self.kind([int(address)], *parts, entities, [], mesh)
         except TypeError:  # before meshes of several kinds of cells

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from scipy.special import jv, yv
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import jv, jvp, yv, yvp
 
 from nanorom.errors import SceneError
 from nanorom.fem.reduce import reduce_scene
@@ -129,6 +129,44 @@ def test_disc_at_the_centre_of_a_membrane_meets_its_characteristic_equation(shar
     model = reduce_scene(drum([AddedMass(value=share * DRUM, radius=rim * 5e-6)]))
     exact = heavy_centre(share, rim) * VELOCITY / 5e-6 / (2 * np.pi)
     assert model.frequency == pytest.approx([exact], rel=TOLERANCE)
+
+
+def heavy_beside_centre(share, rim, away, near):
+    """k R near a value, of a drum whose mass has a share more on a disc of a rim away from it.
+
+    About the disc's centre J_m(k n r) within and c J_m(k r) + d Y_m(k r) beyond, equal in value and
+    slope at the rim.  One combination vanishes at points of the drum's edge but not at all inside
+    (Betcke and Trefethen 2005, doi:10.1137/S0036144503437336).
+    """
+    n, m, rng = np.sqrt(1 + share / rim**2), np.arange(16), np.random.default_rng(1)
+    radius = np.concatenate([np.ones(60), np.sqrt(rng.random(60))])
+    angle = np.pi * np.concatenate([(np.arange(60) + 0.5) / 60, rng.random(60)])
+    x, y = radius * np.cos(angle) - away, radius * np.sin(angle)
+    beyond = np.hypot(x, y) > rim
+    r, theta = np.hypot(x, y)[beyond, None], np.arctan2(y, x)[beyond, None]
+
+    def left(k):
+        j, slope = jv(m, k * n * rim), k * n * jvp(m, k * n * rim)
+        a, b, da, db = jv(m, k * rim), yv(m, k * rim), k * jvp(m, k * rim), k * yvp(m, k * rim)
+        waves = (j * db - slope * b) * jv(m, k * r) + (slope * a - j * da) * yv(m, k * r)
+        waves = waves * np.cos(m * theta)
+        base = np.linalg.qr(waves / np.linalg.norm(waves, axis=0))[0]
+        return np.linalg.svd(base[:60], compute_uv=False)[-1]
+
+    bounds = near - 1e-3, near + 1e-3
+    found = minimize_scalar(left, bounds=bounds, method="bounded", options={"xatol": 1e-12})
+    assert found.fun < 1e-3 * left(near + 1e-2)
+    return found.x
+
+
+@pytest.mark.parametrize(("share", "rim", "away"), [(0.2, 0.2, 0.35), (0.05, 0.05, 0.6)])
+def test_disc_beside_the_centre_of_a_membrane_meets_a_collocated_solution(share, rim, away):
+    pad = AddedMass(value=share * DRUM, position=(away * 5e-6, 0.0), radius=rim * 5e-6)
+    model = reduce_scene(drum([pad], modes=Modes(count=2)))
+    unit = VELOCITY / 5e-6 / (2 * np.pi)
+    exact = [heavy_beside_centre(share, rim, away, f / unit) * unit for f in model.frequency[:1]]
+    assert model.frequency[:1] == pytest.approx(exact, rel=TOLERANCE)
+    assert model.diagnostics["error_tensor"] < TOLERANCE
 
 
 def test_disc_anywhere_on_a_plate_is_where_it_is():

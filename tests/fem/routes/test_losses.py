@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.optimize import brentq
 
-from nanorom.errors import SceneError
+from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.fem.output.losses import zener
 from nanorom.fem.reduce import reduce_scene
 from nanorom.rom.model import ReducedModel
@@ -24,6 +24,7 @@ NITRIDE = {"youngs_modulus": "250 GPa", "poisson_ratio": 0.23, "density": "3100 
 THICKNESS, STRESS = 50e-9, 1e9
 EXACT = 1e-9
 PLATE = 1e-5  # of Q on meshes for frequencies to 1e-6: bending is no Rayleigh quotient
+SURE, LARGER = 1.5, 10.0  # true error by that told at most, and the other way round
 ASYMPTOTIC = 4.0  # times the layer, by which the closed form is the exact one
 
 
@@ -38,9 +39,8 @@ def string(model="beam", length=20e-6, **changes):
     return Scene(**parts | changes)
 
 
-def square(kappa=400.0, count=6):
-    """Clamped square of side 10 um with T L^2/D = kappa."""
-    side = 10e-6
+def square(kappa=400.0, count=6, side=10e-6):
+    """Clamped square of a side with T L^2/D = kappa."""
     rigidity = 250e9 * THICKNESS**3 / (12 * (1 - 0.23**2))
     return Scene(
         geometry=Rectangle(length=side, width=side),
@@ -130,6 +130,27 @@ def test_clamped_square_has_the_dilution_of_an_independent_ritz_solution():
     layer = 1 / np.sqrt(400.0)
     closed = 1 / (2 * layer + 2 * (np.pi * layer) ** 2)
     assert exact[0] == pytest.approx(closed, rel=0.15)  # Yu et al. 2012, thin layers
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_error_of_a_loss_is_told_and_meets_the_true_one(tolerance):
+    model = reduce_scene(square().with_(tolerance=tolerance))
+    true = np.abs(LOSS / model.losses["material"] / ritz_dilution(400.0, 6) - 1)
+    told = model.diagnostics["error_losses"]
+    assert (true < SURE * told).all()
+    assert told.max() < LARGER * true.max()
+
+
+def test_error_of_a_loss_on_a_mesh_that_hardly_sees_the_edge_layer_is_told_aloud():
+    film = square(1e7, count=2, side=1e-3)  # it bends in 0.3 um, cells of 0.1 mm
+    coarse = film.with_(degree=5, mesh_size=1e-4)
+    with pytest.warns(AccuracyWarning, match=r"^the loss of mode .* is known to .* only"):
+        model = reduce_scene(coarse)
+    fine = reduce_scene(film)
+    true = np.abs(model.losses["material"] / fine.losses["material"] - 1)
+    assert 0.1 < true.max()
+    assert (true < SURE * model.diagnostics["error_losses"]).all()
+    assert model.frequency == pytest.approx(fine.frequency, rel=1e-3)
 
 
 def test_loss_is_the_slope_of_frequencies_by_the_modulus():
