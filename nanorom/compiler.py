@@ -15,6 +15,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -72,10 +73,11 @@ def library(source: Path) -> ctypes.CDLL | None:
     return None
 
 
-def _folders() -> list[Path]:
+def _folders() -> Iterator[Path]:
     """Where libraries may be kept: of the user, else for this process alone."""
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return [Path(home) / "nanorom", Path(tempfile.mkdtemp(prefix="nanorom-"))]
+    yield Path(home) / "nanorom"
+    yield Path(tempfile.mkdtemp(prefix="nanorom-"))
 
 
 def _compile(command: list[str], source: Path, target: Path) -> None:

@@ -17,9 +17,6 @@ from nanorom.files.whole import (
     make_directory,
 )
 from nanorom.launch import finite_elements, mpi_rank, watched
-from nanorom.report import summary as summary_text
-from nanorom.results.loadcurve import LoadCurve
-from nanorom.results.near import Near
 from nanorom.rom.model import ReducedModel
 from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
@@ -28,6 +25,7 @@ from nanorom.types import Progress
 
 if TYPE_CHECKING:
     from nanorom.continuation.orbits.orbit import PeriodicOrbit
+    from nanorom.results.loadcurve import LoadCurve
     from nanorom.results.response import Response
     from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.verified import Verified
@@ -139,6 +137,7 @@ def sensitivity(
     DOLFINx is not installed.
     """
     from nanorom.results import sensitivity as results
+    from nanorom.results.near import Near
 
     scene = Scene.of(scene)
     results.check(scene, of)
@@ -178,14 +177,17 @@ def verify(
     points: int = 24,
     solve: bool = True,
     progress: Progress | None = None,
+    more: int | None = None,
 ) -> Verified:
     """A response beside the film's own orbits, and what the model is estimated to be wrong by.
 
     ``response`` or its file; left out, the scene is reduced and followed first.  ``level`` counts
     from 1, all if left out; ``points`` orbits of each are solved for, or with ``solve=False``
-    estimated only.  With a path the table is saved there.  Under MPI the ranks share the orbits,
-    and every rank gets the same table.  Raises NanoromError if DOLFINx is not installed,
-    SceneError if the response is not of the scene, FileError if a file cannot be read or written.
+    estimated only.  ``more`` modes beyond the model's highest lead from its orbits to the film's,
+    and are told apart: as many as it has, from 8 to 20, if left out; strong motions want more.
+    With a path the table is saved there.  Under MPI the ranks share the orbits, and every rank gets
+    the same table.  Raises NanoromError if DOLFINx is not installed, SceneError if the response is
+    not of the scene, FileError if a file cannot be read or written.
     """
     scene = Scene.of(scene)
     if path is not None:
@@ -200,7 +202,7 @@ def verify(
         from nanorom.results.response import Response
 
         response = Response.load(response)
-    found = campaign(scene, response, level, points, solve, progress)
+    found = campaign(scene, response, level, points, solve, progress, more)
     if path is not None and mpi_rank() == 0:
         found.save(path)
     return found
@@ -248,6 +250,8 @@ def run(
         if mpi_rank() != 0:
             return None
         seconds = {"reduce": time.perf_counter() - start}
+        from nanorom.report import summary as summary_text
+
         summary: dict[str, Any] = {"scene": scene.to_toml(), **summary_text.of_model(model)}
         response = None
         if scene.drive is not None and scene.sweep is not None:

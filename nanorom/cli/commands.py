@@ -84,6 +84,7 @@ def verify_command(options: argparse.Namespace) -> None:
     if not 1 <= points <= MOST_POINTS:
         raise NanoromError(f"--points: found {points}; allowed: 1 to {MOST_POINTS}")
     level = None if options.level is None else integer("--level", options.level)
+    more = None if options.more is None else integer("--more", options.more)
     scene = scene_of(options)
     with progress_bar() as progress:
         found = verify(
@@ -94,6 +95,7 @@ def verify_command(options: argparse.Namespace) -> None:
             points=points,
             solve=not options.estimate,
             progress=progress,
+            more=more,
         )
     if mpi_rank() == 0:
         from nanorom.plots import verified_figure

@@ -94,6 +94,11 @@ def _verify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--level", help="which of the drive levels, from 1 (all)")
     parser.add_argument("--points", default="24", help="how many orbits of each level (24)")
     parser.add_argument(
+        "--more",
+        help="modes beyond the model's highest that lead to the film's orbits and are told apart "
+        "(as many as it has, from 8 to 20); strong motions want more",
+    )
+    parser.add_argument(
         "--estimate", action="store_true", help="estimate errors alone, solve for no orbit"
     )
     shared.overrides(parser)

@@ -17,6 +17,7 @@ from nanorom.continuation.diagrams.diagram import Branch, Diagram, SpecialPoint,
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.levels import add_isolas, explore_each, explore_levels
 from nanorom.continuation.drive import Drive
+from nanorom.continuation.ensemble.basins import Basins, basins
 from nanorom.continuation.ensemble.falls import Falls, falls
 from nanorom.continuation.ensemble.lyapunov import Lyapunov, lyapunov
 from nanorom.continuation.ensemble.sweeps import Sweeps, sweeps
@@ -35,6 +36,7 @@ from nanorom.continuation.tori.two_tone import Tone, two_tones
 
 __all__ = [
     "Backbone",
+    "Basins",
     "Branch",
     "Comb",
     "Course",
@@ -67,6 +69,7 @@ __all__ = [
     "Unexplored",
     "add_isolas",
     "backbone",
+    "basins",
     "comb",
     "explore",
     "explore_each",

@@ -14,7 +14,6 @@ from typing import Any
 
 import attrs
 import numpy as np
-from scipy.signal.windows import blackmanharris
 
 from nanorom.continuation.ensemble.ensemble import ensemble_of, members_of
 from nanorom.continuation.ensemble.sweeps import sweeps
@@ -179,6 +178,8 @@ def records(
     tolerance: float,
 ) -> Iterator[tuple[Array, Array, Array]]:
     """What `record` gives, one after the other, from states (n, 2L) at drive frequencies (n,)."""
+    from scipy.signal.windows import blackmanharris  # takes .3 s to import
+
     count = recorded * PER_PERIOD
     window = blackmanharris(count, sym=False)[:, None]
     for first in range(0, len(omega), AT_ONCE):

@@ -7,7 +7,6 @@ Hann window, whose zeros lie on the other harmonics of the reference.
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from nanorom.types import Array, Numbers
 
@@ -21,6 +20,8 @@ def demodulate(signal: Array, angle: Array, harmonic: int, periods: int) -> Numb
     angle (n,): phi at the samples, rad, PER_PERIOD or so per turn. The first and last windows are
     cut off: entry i is at sample i + periods * PER_PERIOD // 2.
     """
+    from scipy.signal import fftconvolve  # takes .3 s to import
+
     width = periods * PER_PERIOD
     window = 1 - np.cos(2 * np.pi * np.arange(1, width) / width)
     window /= window.sum()

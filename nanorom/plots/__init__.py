@@ -1,5 +1,6 @@
 """Pictures of modes and responses, made for a column of a paper and a slide alike."""
 
+from nanorom.plots.basins import basins_figure
 from nanorom.plots.comb import comb_figure
 from nanorom.plots.design import design_figure
 from nanorom.plots.device import device_figure
@@ -20,6 +21,7 @@ from nanorom.plots.verified import verified_figure
 __all__ = [
     "amplitude_panels",
     "animate",
+    "basins_figure",
     "comb_figure",
     "comparison_figure",
     "device_figure",

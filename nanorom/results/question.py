@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
-from nanorom.continuation import ModalSystem
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import aimed, driven
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
+
+if TYPE_CHECKING:
+    from nanorom.continuation import ModalSystem
 
 
 @attrs.frozen

@@ -15,6 +15,7 @@ from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.registry import ROUTES, route_of
 from nanorom.fem.routes.route import Route
 from nanorom.scene.drive import Drive
+from nanorom.scene.request import MOST_MODES
 from nanorom.scene.scene import Scene
 from nanorom.verification import beam, plate
 from nanorom.verification.assembled import Film
@@ -56,7 +57,10 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
     tolerance : of the mesh.  Raises SceneError for what is no film, SolverError as `reduce` does.
     """
     check(scene)
+    room = max(0, MOST_MODES - scene.modes.highest)
     if more is None:
-        more = int(np.clip(scene.modes.highest, LEAST_MORE, MOST_MORE))
+        more = min(int(np.clip(scene.modes.highest, LEAST_MORE, MOST_MORE)), room)
+    if not 0 <= more <= room:
+        raise SceneError(f"more: found {more} modes beyond the model's; allowed: 0 to {room}")
     _, made = FILMS[type(route_of(scene))]
     return made(scene, more, tolerance)

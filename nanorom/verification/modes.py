@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -17,7 +18,6 @@ import numpy as np
 from nanorom.errors import AccuracyWarning, SlowPlaneError, SolverError
 from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.solvers.groups import shared, together
-from nanorom.results.choice import Choice, Search
 from nanorom.results.question import Question
 from nanorom.rom.larger import Larger, extended
 from nanorom.rom.model import ReducedModel
@@ -26,6 +26,9 @@ from nanorom.scene.request import FIRST, MOST_MODES, Accuracy, Modes
 from nanorom.scene.scene import Scene
 from nanorom.types import Progress
 from nanorom.verification.symmetry import Classes
+
+if TYPE_CHECKING:
+    from nanorom.results.choice import Choice, Search
 
 RESPONSE = 1e-3  # accuracy.response of modes that are chosen, if it is left out
 MESH = 1e-3  # tolerance of the larger model
@@ -43,6 +46,8 @@ def automatic(
     Its diagnostics say why each is there (`chosen`) and how wrong the response is estimated to be.
     Warns with AccuracyWarning where accuracy.response is not met; raises what `reduce_scene` does.
     """
+    from nanorom.results.choice import Search  # follows responses: other models need not load that
+
     assert scene.drive is not None and scene.sweep is not None
     tolerance = scene.accuracy.response or RESPONSE
     wide = _most(scene, FIRST, (1,), groups)

@@ -45,8 +45,9 @@ DRUM = {
     "geometry": 'shape = "disc"\nradius = "2.5 um"',
     "tension": 'x = "0.321 N/m"\ny = "0.257 N/m"',
 }
+COARSE = "paper's drum, 1e-5, 11 modes"
 FILMS = {
-    "paper's drum, 1e-5, 11 modes": {**DRUM, "count": 11, "tolerance": 1e-5, "method": "direct"},
+    COARSE: {**DRUM, "count": 11, "tolerance": 1e-5, "method": "direct"},
     "paper's drum, 1e-8, 11 modes": {**DRUM, "count": 11, "tolerance": 1e-8, "method": "direct"},
     "paper's drum, STEP, 1e-8, 11 modes": {
         **DRUM,
@@ -105,8 +106,13 @@ def run(tree: Path, arguments: Sequence[str]) -> str:
 
 def rows(earlier: Path, turns: int, scenes: Path) -> list[Row]:
     """All programs, each by both trees in turn."""
+    coarse = scenes / "coarse.toml"
+    coarse.write_text(FILM.format(**FILMS[COARSE]))
     programs = {
         "import nanorom, process": lambda tree: process_time(tree, ["-c", "import nanorom"]),
+        "nanorom reduce, coarse drum, process": lambda tree: process_time(
+            tree, ["-m", "nanorom", "reduce", str(coarse), "-o", str(scenes / "rom.h5")]
+        ),
         "nanorom --help, process": lambda tree: process_time(tree, ["-m", "nanorom", "--help"]),
     }
     for number, (name, film) in enumerate(FILMS.items()):

@@ -51,8 +51,8 @@ DEVICES: dict[str, tuple[Callable[[], nanorom.Scene], list[int]]] = {
     "drum, spot of 10, 30, 90 Pa": (
         lambda: drum(nanorom.Drive([10.0, 30.0, 90.0], **SPOT), "1.9 f1"), list(range(1, 25)),
     ),
-    "drum under 20 kPa, 20 and 40 Pa": (
-        lambda: drum(nanorom.Drive([20.0, 40.0]), "1.1 f1", nanorom.Load(pressure="20 kPa")),
+    "drum under 20 kPa, 10 and 20 Pa": (
+        lambda: drum(nanorom.Drive([10.0, 20.0]), "1.1 f1", nanorom.Load(pressure="20 kPa")),
         list(range(1, 25)),
     ),
     "string of demos/string.toml": (

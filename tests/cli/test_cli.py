@@ -68,6 +68,20 @@ def test_importing_the_package_and_its_command_line_is_cheap(module):
     assert not set(HEAVY) & set(done.stdout.split())
 
 
+def test_a_reduction_without_a_response_loads_nothing_that_follows_one():
+    modules = "nanorom.workflow, nanorom.fem.reduce, nanorom.verification.modes"
+    done = python("-c", f"import sys, {modules}; print(*sys.modules)")
+    assert done.returncode == 0, done.stderr
+    loaded = set(done.stdout.split())
+    assert not {"nanorom.continuation", "scipy.signal", "scipy.stats"} & loaded
+
+
+def test_following_a_response_loads_none_of_what_only_statistics_need():
+    done = python("-c", "import sys, nanorom.results.respond; print(*sys.modules)")
+    assert done.returncode == 0, done.stderr
+    assert not {"scipy.signal", "scipy.stats", "matplotlib"} & set(done.stdout.split())
+
+
 def test_public_names_are_what_they_say():
     import nanorom
     import nanorom.plots

@@ -267,3 +267,12 @@ def test_motion_needs_shapes(make_model, membrane):
         motion.deflection(make_model(11, shapes=None), branch.orbit(0), 0.0)
     with pytest.raises(ModelError, match="no"):
         pictures.animate(make_model(11, shapes=None), branch.orbit(0), "never.gif")
+
+
+def test_falls_are_counted(demos, tmp_path):
+    """demos/falls.py with few sweeps and steps, in which the motion grows and none falls."""
+    import falls
+
+    (found,) = falls.main(tmp_path, 4, (2.0,), steps=3)
+    assert len(found.last) == 4 and not found.fell.any()
+    assert (tmp_path / "falls.png").stat().st_size > 10_000

@@ -47,7 +47,7 @@ def copy_checkout(place: Path) -> Path:
     """A checkout whose path has a space, with its own environment still to be made."""
     copy = place / "a checkout"
     (copy / "docker").mkdir(parents=True)
-    for name in ["run", "pyproject.toml", "README.md", "docker/packages.txt", TESTS]:
+    for name in ["run", "pyproject.toml", "setup.cfg", "README.md", "docker/packages.txt", TESTS]:
         shutil.copy(REPOSITORY / name, copy / name)
     for name in ["nanorom", "meshes"]:
         shutil.copytree(REPOSITORY / name, copy / name, symlinks=True)

@@ -89,6 +89,11 @@ def test_every_dependency_is_here_in_a_version_asked_for() -> None:
         assert version in item.specifier, item.name
 
 
+def test_image_gets_all_that_the_package_is_made_of() -> None:
+    let_through = (REPOSITORY / ".dockerignore").read_text(encoding="utf-8").split()
+    assert {f"!{part}" for part in PARTS} <= set(let_through)
+
+
 def test_wheel_names_its_licence(wheel_environment: Path) -> None:
     """As an SPDX expression where setuptools knows of it (77), otherwise as a text."""
     (metadata,) = wheel_environment.glob("lib/python3*/site-packages/nanorom-*.dist-info/METADATA")

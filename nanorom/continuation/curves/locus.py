@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 import attrs
 import numpy as np
 
+from nanorom.continuation.curves.codimension_two import NAMES
+from nanorom.continuation.curves.conditioned import multipliers_of
 from nanorom.continuation.curves.critical_curve import CriticalCurve
 from nanorom.continuation.curves.curve import Point
 from nanorom.continuation.curves.orbits import Orbits, in_units
@@ -18,6 +20,30 @@ from nanorom.continuation.settings import check_range
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
 from nanorom.errors import ContinuationError
+from nanorom.types import Array, Numbers
+
+
+@attrs.frozen(eq=False)
+class DoublePoint:
+    """A bifurcation of codimension two on a curve of special points.
+
+    type: "R1", "R2", "R3", "R4" (strong resonances), "LPPD", "LPNS", "PDNS", "NSNS" (two at once),
+    "GPD" (generalised period doubling); index: number of the point of the curve; omega in rad per
+    unit of time; level of the parameter; amplitude (L,) = max |q_r|, in the units of the system;
+    multipliers (2L,), largest modulus first.
+    """
+
+    type: str
+    index: int
+    omega: float
+    level: float
+    amplitude: Array
+    multipliers: Numbers
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return NAMES[self.type]
 
 
 @attrs.frozen(eq=False, kw_only=True)
@@ -27,10 +53,11 @@ class Locus(Orbits):
     omega (n,) in rad per unit of time; level (n,) of the parameter followed; amplitude (n, L) =
     max |q_r| over a period, in the units of the system; turns (m,): numbers of the points at which
     the parameter turns back; coefficients: Fourier coefficients (2H + 1, L) of each orbit, as of a
-    `Branch`.
+    `Branch`; codimension_two: what is met on the way, in order.
     """
 
     type: str
+    codimension_two: list[DoublePoint] = attrs.Factory(list)
 
 
 @one_thread()
@@ -47,8 +74,9 @@ def locus(
     largest_step: float = 0.1,
     tolerance: float = 1e-9,
     at: Sequence[float] = (),
+    codimension_two: bool = True,
 ) -> Locus:
-    """Follow a special point of `explore` in the plane of drive frequency and another parameter.
+    """Follow a special point of `explore` in the plane of frequency and another parameter.
 
     Parameters
     ----------
@@ -61,22 +89,21 @@ def locus(
         "damping", "stiffness", "quadratic", "cubic" or "cubic_damping", a factor on that array;
         or arrays by name, {"cubic": dB, "damping": dC}, that are added `level` times, from 0 at the
         point: any coefficient, any combination
-    steps : most steps on either side of the point
-    largest_step : arc length, relative to the size of the orbit, the frequency and the level
+    steps, largest_step : most steps on either side of the point; their arc length, relative to the
+        size of the orbit, the frequency and the level
     tolerance : size of the last harmonics, relative to the orbit
     at : levels at which there are to be points of the curve, in the unit of `level`
+    codimension_two : whether to look for what is met on the way, by multipliers of every orbit
 
     Raises
     ------
-    ContinuationError
-        for an unknown parameter or a point that cannot be followed.
+    ContinuationError : for an unknown parameter or a point that cannot be followed
     """
-    levels = {"direct": direct, "parametric": parametric}
     added = not isinstance(parameter, str)  # from 0 at the point
     if added:
         _check_level(level, 0.0)
     size = max(abs(level[0]), abs(level[1])) if added else 0.0
-    line, start = through(system, parameter, levels, size)
+    line, start = through(system, parameter, {"direct": direct, "parametric": parametric}, size)
     unit = line.unit
     low, high = (value / unit.frequency for value in check_range(omega))
     _check_level(level, start)
@@ -85,15 +112,15 @@ def locus(
         origin=line.origin,
         change=line.change,
         kind=KINDS[point.type],
+        double=codimension_two,
         multiple=point.period_multiple,
         limits=((low, high), (least, most)),
         tolerance=tolerance,
         at=[value / line.size for value in at],
     )
     first = _scaled(point, unit, start / line.size)
-    forward = curve.follow(first, 1.0, steps, largest_step)
-    backward = curve.follow(first, -1.0, steps, largest_step)
-    return _result(point, line, backward[::-1] + forward[1:])
+    one, other = (curve.follow(first, sign, steps, largest_step) for sign in (1.0, -1.0))
+    return _result(point, line, other[::-1] + one[1:])
 
 
 def _check_level(level: tuple[float, float], start: float) -> None:
@@ -112,4 +139,18 @@ def _scaled(point: SpecialPoint, unit: ScaledSystem, level: float) -> Point:
 
 def _result(point: SpecialPoint, line: Parameter, points: list[Point]) -> Locus:
     """Points of a curve in the units of the system and of its parameter."""
-    return Locus(type=point.type, **in_units(line, points, point.period_multiple))
+    multiple = point.period_multiple
+    given = in_units(line, points, multiple)
+    double = [
+        DoublePoint(
+            found.code,
+            index,
+            float(given["omega"][index]),
+            float(given["level"][index]),
+            given["amplitude"][index],
+            multipliers_of(line.at(found.level), found, multiple),
+        )
+        for index, found in enumerate(points)
+        if found.code
+    ]
+    return Locus(type=point.type, codimension_two=double, **given)

@@ -63,9 +63,9 @@ class Ensemble:
         found = np.empty_like(states)
         kept = np.empty((samples, *states.shape[1:]))
         left = np.zeros(len(members), dtype=bool)
-        todo = np.arange(len(members))
+        todo, needed, per_period = np.arange(len(members)), 0, self.steps
         while len(todo):
-            stretch = self._stretch(periods, samples)
+            stretch = self._stretch(periods, samples, per_period)
             trial = np.ascontiguousarray(states[..., todo])
             equations = self.equations.of(members[todo])
             there, errors = self.advance(equations, trial, 1 / omega[todo], stretch)
@@ -80,23 +80,27 @@ class Ensemble:
             done = good | gone
             found[..., todo[done]], kept[..., todo[done]] = trial[..., done], there[..., done]
             left[todo[done]] = gone[done]
-            self.steps = self._next(stretch.per_period, errors[~gone], len(todo) == len(members))
+            if good.any():  # what leaves all bounds says nothing of the others' steps
+                needed = stretch.per_period
+            per_period = self._better(stretch.per_period, float(errors.max()))
+            if good.all() and len(todo) == len(members):
+                needed = min(needed, per_period)
             todo = todo[~done]
+        self.steps = needed or self.steps
         return found, kept, left
 
-    def _stretch(self, periods: int, samples: int) -> Stretch:
-        """At least as many steps of a period as are due, and whole numbers between samples."""
-        between = -(-periods * self.steps // samples)
+    def _stretch(self, periods: int, samples: int, steps: int) -> Stretch:
+        """At least so many steps of a period, and whole numbers between samples."""
+        between = -(-periods * steps // samples)
         while (between * samples) % periods:
             between += 1
         return Stretch(between * samples // periods, samples, between)
 
-    def _next(self, steps: int, errors: Array, first: bool) -> int:
-        """Steps of a period for what is next, by the errors of so many."""
-        worst = float(errors.max(initial=0.0))
-        if worst <= self.tolerance and (not first or worst > EASY * self.tolerance):
-            return steps if not first else min(steps, max(self.steps, LEAST_STEPS))
-        ratio = worst / self.tolerance
+    def _better(self, steps: int, error: float) -> int:
+        """Steps of a period by the largest error of so many: more, or fewer where they are easy."""
+        ratio = error / self.tolerance
+        if EASY <= ratio <= 1:
+            return steps
         factor = SAFE * ratio ** (1 / ORDER) if np.isfinite(ratio) else MOST_GROWTH
         return self._at_least(steps * min(max(factor, 0.5), MOST_GROWTH))
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 from nanorom.continuation.ensemble.sweeps import Sweeps
 from nanorom.errors import ContinuationError
@@ -58,6 +58,6 @@ def falls(sweeps: Sweeps, mode: int = 0, alive: float = ALIVE) -> Falls:
     number = np.arange(len(omega))
     count, total = (last[:, None] >= number).sum(axis=0), len(last)
     tail = (1 - LEVEL) / 2
-    low = np.where(count > 0, beta.ppf(tail, count, total - count + 1), 0.0)
-    high = np.where(count < total, beta.ppf(1 - tail, count + 1, total - count), 1.0)
+    low = np.where(count > 0, betaincinv(count, total - count + 1, tail), 0.0)
+    high = np.where(count < total, betaincinv(count + 1, total - count, 1 - tail), 1.0)
     return Falls(omega[last], last < number[-1], omega, count / total, low, high)

@@ -24,18 +24,22 @@ Point = tuple[float, float]
 class Piece:
     """A disc of a radius about a centre, or what lies within corners in their order.
 
-    stiff: the film's stiffness ends at its edge, about which it bends in a layer.
+    stiff: the film's stiffness ends at its edge, about which it bends in a layer;
+    room: between a disc's rim and others.
     """
 
     centre: Point = (0.0, 0.0)
     radius: float = 0.0
     corners: tuple[Point, ...] = ()
     stiff: bool = True
+    room: float = np.inf
 
     def at_edge(self, size: float) -> float:
         """Size of the cells that its edge needs by itself, where the others have a size."""
         if self.radius:
-            return min(size, 2 * np.pi * self.radius / ROUND)
+            # an arc leaves its chord by less than a thin cell is wide
+            across = np.sqrt(0.5 * self.room * self.radius)
+            return float(min(size, 2 * np.pi * self.radius / ROUND, across))
         return min(size, max(_shortest(self.corners), FINEST * size))
 
 

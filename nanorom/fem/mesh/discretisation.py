@@ -19,7 +19,7 @@ from nanorom.fem.mesh.arrays import MeshData, Source
 from nanorom.fem.mesh.corners import Corners
 from nanorom.fem.mesh.cut import Cut
 from nanorom.fem.mesh.gmsh import GmshFile
-from nanorom.fem.mesh.parted import corners_of, is_cut, lines_of, piece, pieces, radii
+from nanorom.fem.mesh.parted import corners_of, is_cut, is_followed, lines_of, piece, pieces, radii
 from nanorom.fem.mesh.shapes import Grid, Rings
 from nanorom.fem.mesh.singular import Corner
 from nanorom.fem.symmetry import OPPOSITE, Mirrors
@@ -109,11 +109,10 @@ def _file(
 def _corners(scene: Scene, length: float, tolerance: float | None) -> Corners | None:
     if tolerance is None:
         return None
-    followed = not isinstance(scene.geometry, MeshFile)  # the rims of discs are
     points = tuple(
         (mass.position[0] / length, mass.position[1] / length, mass.radius / length)
         for mass in scene.masses
-        if not (followed and mass.radius)
+        if not is_followed(mass, scene)
     )
     points += corners_of(scene, length, Mirrors.of(scene))
     return Corners(scene.support.kind, scene.material.poisson_ratio, tolerance, points)

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from nanorom.fem.mesh.cut import Piece
 from nanorom.fem.symmetry import AXES, Mirrors
 from nanorom.scene.geometry import Disc, Geometry, MeshFile, Rectangle
+from nanorom.scene.mass import AddedMass
 from nanorom.scene.outlines import DiscRegion, RectangleRegion
 from nanorom.scene.region import Region
 from nanorom.scene.scene import Scene
 
+ROOM = 2e-2  # of a mass's radius, between its rim and others: the mesh follows no rim that has less
 ALIKE = 1e-9  # of the film's size: edges nearer than that are one
 
 
 def is_cut(scene: Scene) -> bool:
     """There are edges that neither a drum's rings nor a rectangle's rows can follow."""
     geometry, regions = scene.geometry, scene.regions
-    discs = [mass for mass in scene.masses if mass.radius]
     if isinstance(geometry, MeshFile):
         return False
+    discs = [mass for mass in scene.masses if is_followed(mass, scene)]
     if isinstance(geometry, Disc):
         if not all(mass.centred for mass in discs):
             return True
@@ -78,6 +82,36 @@ def piece(geometry: Geometry, length: float) -> Piece:
     return Piece(corners=((-x, -y), (x, -y), (x, y), (-x, y)))
 
 
+def is_followed(mass: AddedMass, scene: Scene) -> bool:
+    """Whether the mesh follows a mass's rim: of what is spread over a disc, apart from others."""
+    if not mass.radius or isinstance(scene.geometry, MeshFile):
+        return False
+    return isinstance(scene.geometry, Disc) and mass.centred or _room(mass, scene) > 0
+
+
+def _room(mass: AddedMass, scene: Scene) -> float:
+    """Least width in m of the gaps between a mass's rim and circles or sides that it does not meet,
+    0 where there is next to none.
+    """
+    (x, y), r, geometry = mass.position, mass.radius, scene.geometry
+    if isinstance(geometry, Rectangle):
+        gaps = [geometry.length / 2 - abs(x) - r, geometry.width / 2 - abs(y) - r]
+    else:
+        assert isinstance(geometry, Disc)
+        gaps = [geometry.radius - np.hypot(x, y) - r]
+    circles = [(each.position, each.radius) for each in scene.masses if each.radius]
+    for region in scene.regions:
+        if isinstance(region, DiscRegion):
+            circles += [(region.position, radius) for radius in region.radii]
+    for (x0, y0), radius in circles:
+        away = np.hypot(x - x0, y - y0)
+        if away or radius != r:
+            gap = max(away - r - radius, abs(r - radius) - away)
+            gaps += [gap] if gap > -ALIKE * r else []  # else they cross
+    least = float(min(gaps))
+    return least if least > ROOM * r else 0.0
+
+
 def pieces(scene: Scene, length: float) -> tuple[Piece, ...]:
     """What cuts it: a ring by both its circles."""
     found = []
@@ -88,7 +122,9 @@ def pieces(scene: Scene, length: float) -> tuple[Piece, ...]:
         else:
             found.append(Piece(corners=tuple((x / length, y / length) for x, y in region.corners)))
     for mass in scene.masses:
-        if mass.radius:
-            centre = mass.position[0] / length, mass.position[1] / length
-            found.append(Piece(centre, mass.radius / length, stiff=False))
+        if is_followed(mass, scene):
+            centre, room = (mass.position[0] / length, mass.position[1] / length), np.inf
+            if not (mass.centred and isinstance(scene.geometry, Disc)):
+                room = _room(mass, scene) / length
+            found.append(Piece(centre, mass.radius / length, stiff=False, room=room))
     return tuple(found)

@@ -89,13 +89,12 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
 
 
 def unsure(modes: Modes, stiffening: float = 0.0) -> float:
-    """Relative error of squared frequencies, where some are so near that it matters; else 0.
-
-    Collective.
-    """
-    if len(clusters(modes.eigenvalues, NEAR)) == len(modes.eigenvalues):
+    """Relative error of near squared frequencies' difference, 0 if none are near. Collective."""
+    near = [group for group in clusters(modes.eigenvalues, NEAR) if len(group) > 1]
+    if not near:
         return 0.0
-    return 4 * float(of_modes(modes, stiffening).frequency.max())
+    errors = of_modes(modes.take(np.concatenate(near)), stiffening)
+    return 4 * float(errors.frequency.max())
 
 
 def _mixing(modes: Modes, frequency: np.ndarray) -> np.ndarray:

@@ -135,6 +135,27 @@ def test_members_that_leave_all_bounds_are_told_and_others_go_on():
     assert np.isfinite(found.amplitude[0]).all() and np.isnan(found.amplitude[1]).all()
 
 
+def test_one_that_leaves_costs_the_others_nothing():
+    """Steps of the others stay as long as they were."""
+    system = ModalSystem(damping=[0.02], stiffness=[1.0], quadratic=np.ones((1, 1, 1)), direct=[1])
+    members = ensemble.members_of(system, [0.8], [0.01, 2.0], 0.0, None)
+    own = ensemble.ensemble_of(system, members, 1e-6, "auto", 1)
+    states = np.full((1, 2, 2), 1e-3)
+    left = own.run(states, np.arange(2), np.full(2, 0.8), 40, 1)[2]
+    assert list(left) == [False, True] and own.steps < 100
+
+
+def test_without_a_compiler_arrays_do_the_same(monkeypatch):
+    monkeypatch.setattr(ensemble, "compiled", lambda workers: None)
+    found = sweeps(duffing(5.0), [0.9, 1.0], [0.05, 0.1], settle=1e-4)
+    monkeypatch.undo()
+    other = sweeps(duffing(5.0), [0.9, 1.0], [0.05, 0.1], settle=1e-4)
+    assert np.abs(found.amplitude - other.amplitude).max() < SAME
+    monkeypatch.setattr(ensemble, "compiled", lambda workers: None)
+    with pytest.raises(ContinuationError, match="C compiler"):
+        sweeps(duffing(5.0), [0.9], 0.05, engine="compiled")
+
+
 def test_shares_of_sweeps_that_are_up_have_their_intervals(up_and_down):
     one = attrs.evolve(
         up_and_down,

@@ -155,11 +155,13 @@ def heavy_beside_centre(share, rim, away, near):
 
     bounds = near - 1e-3, near + 1e-3
     found = minimize_scalar(left, bounds=bounds, method="bounded", options={"xatol": 1e-12})
-    assert found.fun < 1e-3 * left(near + 1e-2)
+    assert found.fun < 1e-2 * left(near + 1e-2)
     return found.x
 
 
-@pytest.mark.parametrize(("share", "rim", "away"), [(0.2, 0.2, 0.35), (0.05, 0.05, 0.6)])
+@pytest.mark.parametrize(
+    ("share", "rim", "away"), [(0.2, 0.2, 0.35), (0.05, 0.05, 0.6), (0.1, 0.2, 0.79)]
+)
 def test_disc_beside_the_centre_of_a_membrane_meets_a_collocated_solution(share, rim, away):
     pad = AddedMass(value=share * DRUM, position=(away * 5e-6, 0.0), radius=rim * 5e-6)
     model = reduce_scene(drum([pad], modes=Modes(count=2)))

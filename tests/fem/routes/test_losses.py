@@ -18,6 +18,7 @@ from nanorom.scene.material import Gas, Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
 from tests.fem.clamped import ClampedRectangle, lowest
+from tests.stress import losses
 
 LOSS = 1e-4
 NITRIDE = {"youngs_modulus": "250 GPa", "poisson_ratio": 0.23, "density": "3100 kg/m^3"}
@@ -139,6 +140,12 @@ def test_error_of_a_loss_is_told_and_meets_the_true_one(tolerance):
     told = model.diagnostics["error_losses"]
     assert (true < SURE * told).all()
     assert told.max() < LARGER * true.max()
+
+
+@pytest.mark.parametrize("seed", [5, 13])  # clamped, hinged and round
+def test_error_of_a_loss_of_a_random_film_is_told(seed):
+    """More of them: tests/stress/losses.md."""
+    assert losses.case(seed).ratio < SURE
 
 
 def test_error_of_a_loss_on_a_mesh_that_hardly_sees_the_edge_layer_is_told_aloud():
