@@ -78,7 +78,7 @@ def draw_reading(content: Any, path: Path, folder: Path, output: str, harmonic: 
 def draw_comb(
     content: Any, path: Path, folder: Path, level: int | None, progress: Progress | None = None
 ) -> None:
-    """comb.png: the spectrum of the first driven mode over drive frequency, at a level from 1.
+    """comb.png: the spectrum of the mode that moves most, over drive frequency, at a level from 1.
 
     Raises FileError for a file that is no response, or without its model beside it.
     """
@@ -89,7 +89,7 @@ def draw_comb(
         raise FileError(f"{path}: --comb goes with a response.h5 alone")
     found = comb_beside(content, path, level, progress)
     factor, unit = frequency_unit(content)
-    comb_figure(found, folder / "comb.png", unit=1 / factor, name=unit)
+    comb_figure(found, folder / "comb.png", unit=1 / factor, name=unit, length="m")
 
 
 def draw_verified(
