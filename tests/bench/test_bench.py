@@ -2,6 +2,7 @@
 
 import csv
 import json
+import resource
 from pathlib import Path
 
 import numpy as np
@@ -141,9 +142,10 @@ def test_quick_sizes_leave_table_and_picture(tmp_path):
     assert main(["bench", "--size", "--quick", "-o", str(tmp_path)]) == 0
     with open(tmp_path / "size-1.csv") as file:
         rows = list(csv.DictReader(file))
+    most = 1e-6 * 1.024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # GB, this process'
     assert [row["solver"] for row in rows] == ["factors"] * 2 + ["multigrid"] * 2
     for row in rows:
         assert float(row["error_tensor"]) < QUICK_ERROR
-        assert 0.1 < float(row["memory"]) < 2.0 and float(row["cpu"]) > float(row["cpu_modes"])
+        assert 0.1 < float(row["memory"]) <= most and float(row["cpu"]) > float(row["cpu_modes"])
     assert "exponent of memory, multigrid" in (tmp_path / "size-1.md").read_text()
     assert (tmp_path / "size-1.png").read_bytes().startswith(b"\x89PNG")

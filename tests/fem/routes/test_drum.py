@@ -9,9 +9,9 @@ from nanorom.errors import SolverError
 from nanorom.fem.mesh import discretisation
 from nanorom.fem.models.build import build_plate
 from nanorom.fem.modes import eigen, names
+from nanorom.fem.modes.eigen import check_uncoupled
 from nanorom.fem.modes.normal import normalise
 from nanorom.fem.reduce import reduce_scene
-from nanorom.fem.routes.plate import check_uncoupled
 from nanorom.fem.scales import Scales
 from nanorom.fem.tensors.cases import load_cases
 from nanorom.fem.tensors.flat_cases import FlatCases
