@@ -63,6 +63,7 @@ FILMS = {
         "method": "direct",
     },
 }
+PROCESSES = 7  # they are short, so that other work adds most to them
 # prints the shortest of seven reductions, after one that fills the caches
 REDUCE = """
 import sys, time, nanorom
@@ -88,11 +89,14 @@ class Row:
 
 
 def process_time(tree: Path, arguments: Sequence[str]) -> float:
-    """CPU seconds of a whole process of a tree's Python."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    run(tree, arguments)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    """CPU seconds of a whole process of a tree's Python: the shortest of some."""
+    found = []
+    for _ in range(PROCESSES):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        run(tree, arguments)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        found.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return min(found)
 
 
 def run(tree: Path, arguments: Sequence[str]) -> str:
