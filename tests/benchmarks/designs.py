@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 import nanorom
 from nanorom.bench import report
+from tests.devices.strings import STRING
 
 HERE = Path(__file__).parent
 DEMOS = HERE.parents[1] / "demos"
@@ -61,17 +62,6 @@ def drum() -> Problem:
     bounds = {"from": "10 nm", "to": "100 nm", "spacing": "log"}
     given = {"conditions": "f2/f1 = 2", "starts": 2}
     return Problem("f2 = 2 f1", scene, "plate.thickness", bounds, given, "f2/f1", 2.0, 41)
-
-
-STRING = """
-geometry = { shape = "string", length = "100 um", width = "2 um" }
-plate = { thickness = "5 nm", model = "beam" }
-material = { youngs_modulus = "250 GPa", poisson_ratio = 0.23, density = "3100 kg/m^3" }
-tension = { x = "1 N/m", y = "0 N/m" }
-support = { edge = { left = { spring = "1e4 N/m^2" }, right = "simply_supported" } }
-modes = { count = 1 }
-accuracy = { tolerance = 1e-6 }
-"""
 
 
 def string_coefficient(spring: float) -> float:

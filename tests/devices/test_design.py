@@ -17,6 +17,7 @@ from nanorom.exact.drum import plate_roots
 from nanorom.files import stored
 from nanorom.report.design import design_text
 from tests.devices.membranes import MEMBRANE
+from tests.devices.strings import STRING
 
 MET = 1e-6  # of a design's conditions
 J01 = jn_zeros(0, 1)[0]
@@ -206,15 +207,6 @@ def test_what_no_device_meets_is_told_with_the_nearest(membrane):
         found["f1"]
 
 
-STRING = """
-geometry = { shape = "string", length = "100 um", width = "2 um" }
-plate = { thickness = "5 nm", model = "beam" }
-material = { youngs_modulus = "250 GPa", poisson_ratio = 0.23, density = "3100 kg/m^3" }
-tension = { x = "1 N/m", y = "0 N/m" }
-support = { edge = { left = { spring = "1e4 N/m^2" }, right = "simply_supported" } }
-modes = { count = 1 }
-accuracy = { tolerance = 1e-6 }
-"""
 BENDING = 1e-5  # of the closed form without it: (D/T)^1/2/L is 5e-4
 
 

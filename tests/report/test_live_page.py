@@ -2,12 +2,10 @@
 
 import csv
 import io
-import itertools
 
 import attrs
 import numpy as np
 import pytest
-from scipy.spatial import Delaunay
 
 from nanorom.continuation import Diagram
 from nanorom.plots.curves import stretches
@@ -15,20 +13,14 @@ from nanorom.report import page
 from nanorom.report.viewer.listing import INDEX, view
 from nanorom.results import table
 from nanorom.results.loadcurve import LoadCurve
-from nanorom.results.respond import respond
 from nanorom.rom import motion
-from nanorom.scene.drive import Drive
-from nanorom.scene.excitation import Sweep
-from tests.report.browser import Browser, executable
+from tests.report import live
+from tests.report.live import SINGLE, click_point, point_of, selected
 
-pytestmark = pytest.mark.skipif(
-    executable() is None, reason="there is no Chromium here (apt-get install chromium)"
-)
+pytestmark = live.needs_chromium
 
-SINGLE = 2e-7  # relative: numbers that the page holds in binary32
 SHOWN = 5.1e-6  # relative: numbers that are written with six digits
 PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1, "k": 1e3, "M": 1e6}
-PIXEL = 1.0  # of the screen; charts are 300 wide, films of this size move by 60
 SIZE = 3_000_000  # bytes of a page at most
 
 
@@ -36,83 +28,6 @@ def amount(text):
     """A number of the page with its unit, "21.15 MHz", in SI."""
     number, unit = text.replace("−", "-").split()
     return float(number) * PREFIXES[unit.removesuffix("Hz").removesuffix("m")]
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    browser = Browser(tmp_path_factory.mktemp("browser"))
-    yield browser
-    browser.close()
-
-
-@pytest.fixture(scope="module")
-def model(make_model):
-    """Two coupled modes that fold, the second at twice the frequency of the first."""
-    cubic = np.zeros((2, 2, 2, 2))
-    cubic[0, 0, 0, 0], cubic[1, 1, 1, 1] = 2e16, 4e16
-    for place in set(itertools.permutations((0, 0, 1, 1))):
-        cubic[place] = 1e16
-    frequency, mass = np.array([20e6, 41e6]), np.array([1e-16, 1e-16])
-    omega = 2 * np.pi * frequency
-    return make_model(
-        2,
-        frequency=frequency,
-        mass=mass,
-        stiffness=np.diag(mass * omega**2),
-        damping=np.diag(mass * omega / 100),
-        quadratic=np.zeros((2, 2, 2)),
-        cubic=cubic,
-        drive={"pressure": np.array([1e-11, 4e-12])},
-        scene="[geometry]\nshape = 'disc'\n",
-    )
-
-
-@pytest.fixture(scope="module")
-def response(model):
-    drive = Drive(["2 Pa", "8 Pa"], ["0 N/m", "0 N/m"])
-    return respond(model, drive, Sweep("0.8 f1", "1.5 f1"), processes=1)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory, model, response):
-    folder = tmp_path_factory.mktemp("results")
-    model.save(folder / "rom.h5")
-    response.save(folder / "response.h5")
-    return folder
-
-
-@pytest.fixture(scope="module")
-def opened(browser, folder):
-    """The page of the response, with its model beside it."""
-    browser.open(view(folder / "response.h5"))
-    yield browser
-    assert browser.complaints == []
-    assert browser.foreign == []
-
-
-def click_point(browser, branch, index):
-    """Click where the page draws a point of a branch (by its place in the list of all)."""
-    browser.evaluate("nanorom.response.chart.zoom(0)")
-    place = browser.evaluate(f"""(() => {{
-        const {{ chart }} = nanorom.response;
-        const branch = nanorom.response.response.branches[{branch}];
-        chart.plotted.scrollIntoView({{ block: "center" }});
-        const box = chart.plot.over.getBoundingClientRect();
-        const x = nanorom.response.x(branch.omega[{index}]);
-        const y = nanorom.response.y(branch.amplitude[{index}]);
-        return [box.left + chart.plot.valToPos(x, "x"), box.top + chart.plot.valToPos(y, "y")];
-    }})()""")
-    browser.click(*place)
-    return selected(browser)
-
-
-def selected(browser):
-    return browser.evaluate("""(() => {
-        const { branch, index, special } = nanorom.selection.place;
-        const of = branch ?? special;
-        const [number, point] = [branch?.number ?? null, special?.index ?? null];
-        return { level: of.level, branch: number, index, special: point };
-    })()""")
 
 
 def facts(browser):
@@ -125,15 +40,6 @@ def facts(browser):
 
 def all_branches(response):
     return [(k, b) for k, d in enumerate(response.diagrams) for b in range(len(d.branches))]
-
-
-def point_of(response, found) -> tuple[Diagram, object, int]:
-    diagram = response.diagrams[found["level"]]
-    if found["special"] is None or found["branch"] is not None:
-        branch = diagram.branches[found["branch"]]
-        return branch, branch.orbit(found["index"]), found["index"]
-    point = diagram.special_points[found["special"]]
-    return point, point.orbit, None
 
 
 def test_click_selects_the_point_and_says_what_its_file_says(opened, response):
@@ -185,119 +91,6 @@ def test_spectrum_is_that_of_the_orbit(opened, response):
         assert np.abs(np.array(sizes) - expected).max() < SINGLE * np.abs(amplitudes).max()
         dropped = np.abs(amplitudes[len(sizes) :, mode])
         assert dropped.max(initial=0.0) < 1e-6 * np.abs(amplitudes).max()
-
-
-def test_moving_film_is_the_sum_of_the_shapes(opened, model, response):
-    of, orbit, _ = point_of(response, click_point(opened, 1, 10))
-    for theta in np.linspace(0, 2 * np.pi, 7):
-        moved = opened.evaluate(f"""(() => {{
-            const {{ film }} = nanorom;
-            film.theta = {theta};
-            film.draw();
-            const {{ places, base }} = film.stage;
-            const high = Array.from(film.values, (_, i) => places[3 * i + 2] - base[3 * i + 2]);
-            return [[...film.values], high, film.magnified, film.largest];
-        }})()""")
-        values, heights, magnified, largest = map(np.array, moved)
-        time = theta / (2 * np.pi) * orbit.period
-        expected = motion.deflection(model, orbit, time)
-        assert np.abs(values - expected).max() < 5 * SINGLE * largest
-        assert np.abs(heights - magnified * expected).max() < 1e-5 * magnified * largest
-    instants = np.arange(motion.INSTANTS) * orbit.period / motion.INSTANTS
-    most = np.abs(motion.deflection(model, orbit, instants)).max()
-    assert largest == pytest.approx(most, rel=1e-6)
-
-
-def test_only_the_film_is_drawn_anew_while_it_moves(opened, response):
-    click_point(opened, 1, 10)
-    drawn = opened.evaluate("""new Promise((done) => {
-        const { film, motion, response } = nanorom;
-        let [charts, pictures] = [0, film.pictures];
-        const places = [];
-        for (const { plot } of [motion.time.chart, motion.spectrum.chart, response.chart])
-            plot.hooks.draw.push(() => { charts += 1; });
-        const step = (left) => {
-            film.theta = left / 2;
-            film.draw();
-            const mark = motion.time.chart.line.getBoundingClientRect().left;
-            const over = motion.time.chart.plot.over.getBoundingClientRect();
-            places.push([left / 2 / (2 * Math.PI), (mark - over.left) / over.width]);
-            if (left) requestAnimationFrame(() => step(left - 1));
-            else done([charts, film.pictures - pictures, places]);
-        };
-        requestAnimationFrame(() => step(10));
-    })""")
-    charts, pictures, places = drawn
-    assert (charts, pictures) == (0, 11)
-    phase, place = np.array(places).T
-    assert np.abs(phase - place).max() < PIXEL / 300
-
-
-def flat(points, cells):
-    """Twice the areas of triangles, turned as they are."""
-    a, b, c = (points[cells[:, k]] for k in range(3))
-    (x, y), (u, v) = (b - a).T, (c - a).T
-    return x * v - y * u
-
-
-def wave(points):
-    x, y = points.T
-    return np.sin(np.pi * x) * np.cos(2 * np.pi * y)
-
-
-def rim(cells):
-    """Edges that one triangle has alone."""
-    edges = np.sort(cells[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(edges, axis=0, return_counts=True)
-    return edges[count == 1]
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_fewer_triangles_cover_the_same_film(opened, seed):
-    """Random points in a square with a round hole: outline, area and turn stay, heights nearly."""
-    rng = np.random.default_rng(seed)
-    angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
-    side = np.linspace(-0.5, 0.5, 30)
-    across = np.column_stack([side, np.full(30, 0.5)])
-    square = np.vstack([across, -across, across[:, ::-1], -across[:, ::-1]])
-    hole = 0.2 * np.column_stack([np.cos(angle), np.sin(angle)])
-    within = rng.uniform(-0.49, 0.49, size=(6000, 2))
-    within = within[np.hypot(*within.T) > 0.21]
-    points = np.unique(np.vstack([square, hole, within]).round(9), axis=0)
-    cells = Delaunay(points).simplices
-    cells = cells[np.hypot(*points[cells].mean(axis=1).T) > 0.2 * np.cos(np.pi / 60) ** 2]
-    cells = np.where((flat(points, cells) < 0)[:, None], cells[:, ::-1], cells)
-    cells = cells[flat(points, cells) > 1e-12]
-    fixed = np.zeros(len(points), dtype=int)
-    fixed[rim(cells)] = 1
-    places = np.column_stack([points, 0 * points[:, 0]])
-    given = (
-        f"new Float32Array({places.ravel().tolist()}), new Uint32Array({cells.ravel().tolist()})"
-    )
-    found = opened.evaluate(
-        f"import('thinned').then((part) => [...part.thinned({given}, {fixed.tolist()}, 1 / 48)])"
-    )
-    fewer = np.array(found).reshape(-1, 3)
-    assert len(fewer) < len(cells) / 2
-    area = flat(points, fewer)
-    assert area.min() > 0
-    assert area.sum() == pytest.approx(flat(points, cells).sum(), rel=1e-12)
-    assert np.array_equal(rim(fewer), rim(cells))
-    middle = points[fewer].mean(axis=1)
-    assert np.abs(wave(points)[fewer].mean(axis=1) - wave(middle)).max() < PIXEL / 60
-
-
-def test_each_mode_of_the_gallery_moves_in_its_shape(opened, model):
-    for mode in range(model.size):
-        tiles = "document.querySelectorAll('.tile')"
-        opened.evaluate(f"{tiles}[{mode}].click()")
-        values = opened.evaluate(
-            "(nanorom.film.theta = 1, nanorom.film.draw(), [...nanorom.film.values])"
-        )
-        assert np.allclose(values, np.cos(1) * model.shapes.values[mode], rtol=0, atol=1e-6)
-        name = opened.evaluate(f"{tiles}[{mode}].textContent")
-        assert name.startswith(model.label[mode])
-    opened.evaluate("nanorom.selection.set(nanorom.selection.place)")
 
 
 def test_table_that_is_saved_is_the_one_that_export_writes(opened, response):
