@@ -199,7 +199,8 @@ def main() -> None:
         for row in rows(name, sizes):
             found.append(row)
             print(" | ".join(map(str, attrs.astuple(row))), flush=True)
-    command = f"python -m tests.benchmarks.converged --sizes {given.sizes}"
+    cases = "".join(f' "{name}"' for name in given.cases)
+    command = f"python -m tests.benchmarks.converged --sizes {given.sizes}{cases}"
     title = (
         f"The special points of demos/dependence.py with 11, {given.sizes.replace(',', ', ')} modes"
     )
