@@ -33,10 +33,12 @@ def build_parser(arguments: Sequence[str] | None = None) -> argparse.ArgumentPar
     debug.add_argument("--debug", action="store_true", help="show tracebacks")
     verbs = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name, (run, text, options) in COMMANDS.items():
+        if arguments is not None and name not in arguments:
+            verbs.add_parser(name, add_help=False, help=text)
+            continue
         command = verbs.add_parser(name, parents=[debug], help=text, description=text)
         command.set_defaults(command=run)
-        if arguments is None or name in arguments:
-            options(command)
+        options(command)
     return parser
 
 

@@ -17,7 +17,7 @@ from nanorom.fem.fields.places import bounding_box
 from nanorom.fem.mesh import discretisation
 from nanorom.fem.models import operators
 from nanorom.fem.models.build import build_plate
-from nanorom.fem.models.operators import LinearForce
+from nanorom.fem.models.operators import LinearForce, Stiffness
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State
 from nanorom.fem.modes import eigen
@@ -134,7 +134,8 @@ class Spectrum:
         weights = np.array(stiffness) / self.units
         plate = self._about(weights)
         force = LinearForce.of(plate)
-        matrices = {p: self._combined(weights, p) for p in plate.mirrors.classes}
+        classes = plate.mirrors.classes
+        matrices = Stiffness({p: self._combined(weights, p) for p in classes})
         solvers = {p: ClassSolver(plate, p, matrices, self.mass, force) for p in matrices}
         modes = eigen.lowest_of_classes(plate, solvers, matrices, self.mass, force, count)
         scene = attrs.evolve(self.scene, tension=Tension(*stiffness[:2]))

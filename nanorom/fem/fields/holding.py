@@ -141,17 +141,23 @@ def constraints(space: Any, held: np.ndarray, elastic: np.ndarray) -> Constraint
     """
     xx, yy, xy = held.T
     middle, radius = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-    some = np.flatnonzero(middle > 0)
-    both = some[(middle - radius)[some] > SHARP * (middle + radius)[some]]
-    one = np.setdiff1d(some, both)
+    some, sharp = middle > 0, middle - radius > SHARP * (middle + radius)
+    both, one = np.flatnonzero(some & sharp), np.flatnonzero(some & ~sharp)
     angle = 0.5 * np.arctan2(2 * xy[one], xx[one] - yy[one])
     direction = np.column_stack([np.cos(angle), np.sin(angle)])
     small = np.abs(direction) < ALONG_AXIS
     fixed = [np.concatenate([both, one[small[:, 1 - axis]]]) for axis in (0, 1)]
     oblique = ~small.any(axis=1)
-    motions, pins = _motions(space, held + elastic, elastic, fixed, one[oblique])
-    fixed = [np.unique(np.concatenate([own, pin])) for own, pin in zip(fixed, pins)]
+    motions = np.zeros((len(held), 2, 0))
+    if not _fully_held(space, both):
+        motions, pins = _motions(space, held + elastic, elastic, fixed, one[oblique])
+        fixed = [np.unique(np.concatenate([own, pin])) for own, pin in zip(fixed, pins)]
     return Constraints((fixed[0], fixed[1]), (one[oblique], direction[oblique]), motions)
+
+
+def _fully_held(space: Any, both: np.ndarray) -> bool:
+    """Whether two nodes are held in both components: no rigid motion is left. Collective."""
+    return bool(space.mesh.comm.allreduce(np.sum(both < space.dofmap.index_map.size_local)) > 1)
 
 
 def _motions(

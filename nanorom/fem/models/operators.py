@@ -16,8 +16,28 @@ from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import Parity
 
 
-class ClassStiffness(Mapping[Parity, PETSc.Mat]):
-    """Transverse stiffness on all degrees of freedom, by class of symmetry. Collective.
+class Stiffness(Mapping[Parity, PETSc.Mat]):
+    """Transverse stiffness on all degrees of freedom, by class of symmetry."""
+
+    def __init__(self, matrices: Mapping[Parity, PETSc.Mat]) -> None:
+        self._matrices = matrices
+
+    def __getitem__(self, parity: Parity) -> PETSc.Mat:
+        return self._matrices[parity]
+
+    def __iter__(self) -> Iterator[Parity]:
+        return iter(self._matrices)
+
+    def __len__(self) -> int:
+        return len(self._matrices)
+
+    def diagonal(self, parity: Parity) -> np.ndarray:
+        """Diagonal (owned dofs,) of a class's stiffness. Collective."""
+        return np.asarray(self[parity].getDiagonal().array)
+
+
+class ClassStiffness(Stiffness):
+    """That of a film, each class's made when it is asked for. Collective.
 
     An even class has no slope across the mirror; a membrane needs no term for that.  The matrix of
     a class is made when it is asked for: all of them together are what fills the memory.  What is
@@ -47,6 +67,13 @@ class ClassStiffness(Mapping[Parity, PETSc.Mat]):
         for axis in even:
             matrix.axpy(1.0, self._mirrored[axis], PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         return matrix
+
+    def diagonal(self, parity: Parity) -> np.ndarray:
+        """Diagonal (owned dofs,) of a class's stiffness, without making its matrix. Collective."""
+        if self._base is None:
+            return super().diagonal(parity)
+        even = [self._mirrored[axis] for axis, odd in zip(self._axes, parity) if not odd]
+        return np.asarray(sum(part.getDiagonal().array for part in (self._base, *even)))
 
     def __iter__(self) -> Iterator[Parity]:
         return iter(self._classes)

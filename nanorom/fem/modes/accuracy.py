@@ -59,33 +59,59 @@ class ModeErrors:
         return ModeErrors(*(part[index] for part in attrs.astuple(self, recurse=False)))
 
 
+@attrs.frozen(eq=False)
+class _ShapeTails:
+    """What shapes (n,) leave out: energies beyond the degree and beyond the last but one, whole.
+
+    rounding: of the curvature at a point, relative; energy: eigenvalue times the square.
+    """
+
+    beyond: np.ndarray
+    last: np.ndarray
+    whole: np.ndarray
+    rounding: np.ndarray
+    energy: np.ndarray
+
+    @classmethod
+    def of(cls, modes: Modes, stiffening: float) -> _ShapeTails:
+        plate, comm = modes.plate, modes.plate.domain.comm
+        owned = modes.shapes[: modes.n_owned]
+        square = comm.allreduce(np.sum(owned * algebra.multiply(modes.mass, owned), axis=0))
+        diagonal = np.zeros(len(square))
+        for parity in sorted(set(modes.parities)):
+            own = [i for i, p in enumerate(modes.parities) if p == parity]
+            diagonal[own] = np.abs(modes.stiffness.diagonal(parity)) @ owned[:, own] ** 2
+        # under compression the energy is a difference, and all small beside its parts counts
+        beyond, last, whole = comm.allreduce(_deflection_tails(plate, modes.shapes, stiffening))
+        # of the curvature at a point, not of the matrix's entries, which are its squares
+        rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / whole)
+        return cls(beyond, last, whole, rounding, modes.eigenvalues * square)
+
+    @property
+    def rounded(self) -> np.ndarray:
+        """Relative errors (n,) of frequencies by rounding."""
+        return self.rounding * self.whole / self.energy
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """Relative errors (n,) of frequencies."""
+        return 0.5 * FREQUENCY * self.beyond / self.energy + self.rounded
+
+
 def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     """Estimate the errors of frequencies and shapes. Collective.
 
     stiffening : isotropic tension that acts beyond the plate's own, see `stiffening_of`.
     """
-    plate, n_modes, comm = modes.plate, modes.shapes.shape[1], modes.plate.domain.comm
-    owned = modes.shapes[: modes.n_owned]
-    square = comm.allreduce(np.sum(owned * algebra.multiply(modes.mass, owned), axis=0))
-    total_energy = modes.eigenvalues * square
-    diagonal = np.zeros(n_modes)
-    for parity in sorted(set(modes.parities)):
-        own = [i for i, p in enumerate(modes.parities) if p == parity]
-        entries = modes.stiffness[parity].getDiagonal().array
-        diagonal[own] = np.abs(entries) @ owned[:, own] ** 2
-    # under compression the energy is a difference, and all that is small beside its parts counts
-    beyond, last, whole = comm.allreduce(_deflection_tails(plate, modes.shapes, stiffening))
-    # of the curvature at a point, not of the matrix's entries, which are its squares
-    rounding = ROUNDING * np.sqrt(comm.allreduce(diagonal) / whole)
+    tails = _ShapeTails.of(modes, stiffening)
     # what an integral weighs a shape with varies faster than the shape, as if of one degree less
-    average = AVERAGES * np.sqrt(beyond * last) / whole + rounding
-    scale = POINTWISE * _at_peaks(plate, modes.shapes)
-    rounding = rounding * whole / total_energy
-    frequency = 0.5 * FREQUENCY * beyond / total_energy + rounding
+    average = AVERAGES * np.sqrt(tails.beyond * tails.last) / tails.whole + tails.rounding
+    scale = POINTWISE * _at_peaks(modes.plate, modes.shapes)
+    frequency = tails.frequency
     mixing = _mixing(modes, frequency)
     if modes.shift is not None:
-        frequency += modes.shift
-    return ModeErrors(frequency, rounding, average + mixing, scale, mixing)
+        frequency = frequency + modes.shift
+    return ModeErrors(frequency, tails.rounded, average + mixing, scale, mixing)
 
 
 def unsure(modes: Modes, stiffening: float = 0.0) -> float:
@@ -93,8 +119,9 @@ def unsure(modes: Modes, stiffening: float = 0.0) -> float:
     near = [group for group in clusters(modes.eigenvalues, NEAR) if len(group) > 1]
     if not near:
         return 0.0
-    errors = of_modes(modes.take(np.concatenate(near)), stiffening)
-    return 4 * float(errors.frequency.max())
+    modes = modes.take(np.concatenate(near))
+    frequency = _ShapeTails.of(modes, stiffening).frequency
+    return 4 * float((frequency if modes.shift is None else frequency + modes.shift).max())
 
 
 def _mixing(modes: Modes, frequency: np.ndarray) -> np.ndarray:

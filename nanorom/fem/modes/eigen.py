@@ -13,7 +13,13 @@ from slepc4py import SLEPc
 
 from nanorom.errors import SolverError
 from nanorom.fem.models import operators
-from nanorom.fem.models.operators import ClassStiffness, Columns, LinearForce, free_deflections
+from nanorom.fem.models.operators import (
+    ClassStiffness,
+    Columns,
+    LinearForce,
+    Stiffness,
+    free_deflections,
+)
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import rigid
 from nanorom.fem.modes.deflections import Deflections
@@ -51,7 +57,7 @@ class Modes(Deflections):
     """
 
     film: Plate
-    stiffness: Mapping[Parity, PETSc.Mat]
+    stiffness: Stiffness
     force: LinearForce
 
     @property
@@ -106,7 +112,7 @@ def solve(plate: Plate, count: int) -> Modes:
 def lowest_of_classes(
     plate: Plate,
     solvers: Mapping[Parity, ClassSolver],
-    stiffness: Mapping[Parity, PETSc.Mat],
+    stiffness: Stiffness,
     mass: PETSc.Mat,
     force: LinearForce,
     count: int,

@@ -58,6 +58,7 @@ def test_a_mesh_that_fills_the_memory_is_told_and_the_best_before_it_kept(monkey
 
     left = iter([1e12, 1e6])
     monkeypatch.setattr(groups, "memory", lambda comm: next(left))
+    monkeypatch.setattr(groups, "LITTLE", 0.0)
     monkeypatch.setattr(route, "solve", rough)
     with pytest.warns(AccuracyWarning, match="GB of memory are left"):
         model = reduce_scene(scene)
