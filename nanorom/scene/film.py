@@ -38,6 +38,7 @@ MODELS = {
     "plate": Model(bends=True, lowest_degree=2),
     "shell": Model(bends=True, springs=False, planar=False, shallow=False, larger=False),
     "beam": Model(bends=True, planar=False),
+    "solid": Model(bends=True, lowest_degree=2, springs=False, planar=False, larger=False),
 }
 
 
@@ -57,7 +58,8 @@ class Plate:
     """The film's thickness, model and shape.
 
     model: membrane (no bending), plate (Kirchhoff), shell (rotations of any size, any surface in
-    space), beam (one dimension) or auto (membrane or plate); initial_shape: table with columns x, y
+    space), beam (one dimension), solid (three dimensions: the film made thick, or the volumes of a
+    mesh file) or auto (membrane or plate); initial_shape: table with columns x, y
     and height z in m of the film before tension and load act, on any points.
     """
 
@@ -69,7 +71,7 @@ class Plate:
         metadata=v.choice(
             "plate.model",
             tuple(MODELS),
-            about="without bending, Kirchhoff's, of any rotations, or in one dimension; "
+            about="without bending, Kirchhoff's, of any rotations, in one dimension, or in three; "
             "auto takes one of the first two",
         ),
     )

@@ -12,9 +12,11 @@ from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.solvers import algebra, groups, partition
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.film import Plate
-from nanorom.scene.geometry import MeshFile, String
+from nanorom.scene.geometry import MeshFile, Rectangle, String
 from nanorom.scene.load import Load
-from nanorom.scene.scene import Accuracy, Reduction
+from nanorom.scene.material import Material
+from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
+from nanorom.scene.support import Support
 from tests.fem.exact import RADIUS, drum, paper_drum
 
 SIZE = MPI.COMM_WORLD.size
@@ -46,6 +48,14 @@ SCENES = {
     "static load": drum(100.0, count=3, accuracy=FEW_CELLS, load=Load(pressure="2 kPa")),
     "flat shell": shell(),
     "curved shell": shell(load=Load(pressure="100 kPa")),
+    "solid": Scene(
+        geometry=Rectangle(1e-3, 4e-4),
+        plate=Plate(1e-4, model="solid"),
+        material=Material(160e9, 0.22, 2320.0),
+        support=Support({"left": "clamped", "top": "clamped"}),
+        modes=Modes(count=3),
+        accuracy=Accuracy(degree=3, mesh_size=2e-4),
+    ),
 }
 
 

@@ -22,7 +22,8 @@ class MeshData:
 
     points: (n, 2), or (n, 3) of a surface in space; cells: (c, nodes) in the coordinate element's
     order; order: of the map; facets: physical curve -> vertex pairs (m, 2); surfaces: physical
-    surface -> which cells (c,) are of it, of meshes that are not unfolded.
+    surface -> which cells (c,) are of it, of meshes that are not unfolded; dimension: 3 of a solid
+    in tetrahedra, whose facets are physical surface -> vertex triples (m, 3).
     """
 
     points: np.ndarray
@@ -30,6 +31,7 @@ class MeshData:
     order: int
     facets: Mapping[str, np.ndarray]
     surfaces: Mapping[str, np.ndarray] = attrs.field(factory=dict)
+    dimension: int = 2
 
     @property
     def sides(self) -> np.ndarray:

@@ -14,7 +14,6 @@ import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import NanoromError
-from nanorom.fem.mesh import curved
 from nanorom.fem.mesh.arrays import MeshData, Placement, Source
 from nanorom.fem.mesh.corners import Corners
 from nanorom.fem.solvers import compat
@@ -23,7 +22,7 @@ from nanorom.fem.symmetry import Mirrors
 
 @attrs.frozen(eq=False)
 class Domain:
-    """A distributed mesh and its boundary: physical curve -> local facet numbers.
+    """A distributed mesh and its boundary: physical curve (of solids: surface) -> local facets.
 
     surfaces: physical surface -> which local cells (c,) are of it; across: the ranks that hold the
     same part of it in other groups of ranks.
@@ -78,31 +77,32 @@ def distribute(comm: MPI.Comm, data: MeshData | None) -> Domain:
     order = comm.bcast(data.order if data else None)
     facets = comm.bcast(dict(data.facets) if data else None)
     surfaces = comm.bcast(dict(data.surfaces) if data else None)
-    dimension = comm.bcast(data.points.shape[1] if data else None)
-    n_nodes = (order + 1) * (order + 2) // 2
+    components, n_nodes, dimension = comm.bcast(
+        (data.points.shape[1], data.cells.shape[1], data.dimension) if data else None
+    )
     cells = data.cells if data else np.empty((0, n_nodes), dtype=np.int64)
-    points = data.points if data else np.empty((0, dimension))
-    mesh = compat.create_mesh(comm, cells, points, order)
+    points = data.points if data else np.empty((0, components))
+    mesh = compat.create_mesh(comm, cells, points, order, dimension)
     cell = compat.input_cells(mesh)
     tagged = {name: inside[cell] for name, inside in surfaces.items()}
     return Domain(mesh, local_facets(mesh, facets), surfaces=tagged)
 
 
 def local_facets(mesh: Any, tagged: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Local facets of each name, found by the input numbers of their two vertices."""
-    topology = mesh.topology
-    topology.create_connectivity(2, 1)
-    topology.create_connectivity(1, 2)
-    facet_of_cell = topology.connectivity(2, 1)
-    n_cells = topology.index_map(2).size_local + topology.index_map(2).num_ghosts
-    facets = facet_of_cell.array[: 3 * n_cells].reshape(-1, 3)
-    corners = compat.input_nodes(mesh)[compat.cell_nodes(mesh)[:, :3]]
-    ends = np.sort(corners[:, np.array(curved.EDGES)], axis=2).reshape(-1, 2)
-    lookup: dict[tuple[int, int], int] = {}
-    for (a, b), facet in zip(ends.tolist(), facets.ravel().tolist()):
-        lookup[a, b] = facet
+    """Local facets of each name, found by the input numbers of their vertices."""
+    topology, dimension = mesh.topology, mesh.topology.dim
+    topology.create_connectivity(dimension, dimension - 1)
+    topology.create_connectivity(dimension - 1, dimension)
+    n = dimension + 1  # facets of a cell, each opposite to a vertex
+    index_map = topology.index_map(dimension)
+    n_cells = index_map.size_local + index_map.num_ghosts
+    facets = topology.connectivity(dimension, dimension - 1).array[: n * n_cells]
+    corners = compat.input_nodes(mesh)[compat.cell_nodes(mesh)[:, :n]]
+    opposite = [np.delete(np.arange(n), vertex) for vertex in range(n)]
+    ends = np.sort(corners[:, opposite], axis=2).reshape(-1, dimension)
+    lookup = dict(zip(map(tuple, ends.tolist()), facets.tolist()))
     found = {}
-    for name, pairs in tagged.items():
-        hits = [lookup.get((a, b)) for a, b in np.sort(pairs, axis=1).tolist()]
+    for name, sides in tagged.items():
+        hits = [lookup.get(tuple(side)) for side in np.sort(sides, axis=1).tolist()]
         found[name] = np.unique(np.array([h for h in hits if h is not None], dtype=np.int32))
     return found

@@ -20,9 +20,7 @@ def triangulation(modes: Deflections) -> tuple[np.ndarray, np.ndarray, np.ndarra
     film, comm = modes.film, modes.film.domain.comm
     n_cells = film.domain.mesh.topology.index_map(2).size_global
     cells = n_cells * film.mirrors.copies
-    fineness = max(film.degree, int(np.ceil(np.sqrt(2 * FEWEST_POINTS / cells))))
-    while fineness > 1 and cells * fineness**2 / 2 > MOST_POINTS:
-        fineness -= 1
+    fineness = fineness_of(cells, film.degree)
     reference = lattice(fineness)
     dimension = film.domain.mesh.geometry.dim
     points, values = [np.empty((0, dimension))], [np.empty((0, modes.shapes.shape[1]))]
@@ -33,17 +31,34 @@ def triangulation(modes: Deflections) -> tuple[np.ndarray, np.ndarray, np.ndarra
     points_all = np.concatenate(comm.allgather(np.concatenate(points)))
     values_all = np.concatenate(comm.allgather(np.concatenate(values)))
     points_all, copied = film.mirrors.unfold(points_all, values_all.T, modes.parities)
-    values_all = copied.T
-    low, size = points_all.min(axis=0), np.ptp(points_all, axis=0).max()
-    grid = np.rint((points_all - low) / (MERGE * size)).astype(np.int64)
+    return joined(points_all, copied, fineness)
+
+
+def fineness_of(cells: int, degree: int) -> int:
+    """Parts of each side of so many triangles of a degree that are drawn."""
+    fineness = max(degree, int(np.ceil(np.sqrt(2 * FEWEST_POINTS / cells))))
+    while fineness > 1 and cells * fineness**2 / 2 > MOST_POINTS:
+        fineness -= 1
+    return fineness
+
+
+def joined(
+    points: np.ndarray, values: np.ndarray, fineness: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (P, 3), triangles (C, 3) and values (L, P) of lattices in triangles that meet.
+
+    points (t * lattice, 2 or 3) and values (L, t * lattice), triangle after triangle.
+    """
+    low, size = points.min(axis=0), np.ptp(points, axis=0).max()
+    grid = np.rint((points - low) / (MERGE * size)).astype(np.int64)
     first, number = _distinct(grid)
-    small = _lattice_triangles(fineness)
-    start = np.arange(cells)[:, None, None] * len(reference)
+    small, in_lattice = _lattice_triangles(fineness), (fineness + 1) * (fineness + 2) // 2
+    start = np.arange(len(points) // in_lattice)[:, None, None] * in_lattice
     triangles = np.sort(number[(start + small).reshape(-1, 3)], axis=1)
     triangles = triangles[_distinct(triangles)[0]]  # the same whatever the partition
     in_space = np.zeros((len(first), 3))
-    in_space[:, :dimension] = points_all[first]
-    return in_space, triangles.astype(np.int32), np.ascontiguousarray(values_all[first].T)
+    in_space[:, : points.shape[1]] = points[first]
+    return in_space, triangles.astype(np.int32), np.ascontiguousarray(values[:, first])
 
 
 def _distinct(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from nanorom.fem.routes.beam import BeamRoute
 from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.route import Route
 from nanorom.fem.routes.shell import ShellRoute
+from nanorom.fem.routes.solid import SolidRoute
 from nanorom.scene.scene import Scene
 
 ROUTES: dict[str, Route] = {
@@ -18,6 +19,7 @@ ROUTES: dict[str, Route] = {
     "plate": PlateRoute(),
     "shell": ShellRoute(),
     "beam": BeamRoute(),
+    "solid": SolidRoute(),
 }
 
 

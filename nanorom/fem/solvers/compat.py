@@ -13,6 +13,7 @@ import signal
 import threading
 from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
+from math import comb
 from pathlib import Path
 from typing import Any
 
@@ -44,38 +45,42 @@ PETSc.Sys.popSignalHandler()
 if threading.current_thread() is threading.main_thread():
     signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE))
 
+CELLS = {2: "triangle", 3: "tetrahedron"}  # by their dimension
 _EQUISPACED = basix.LagrangeVariant.equispaced
 _GLL = basix.LagrangeVariant.gll_warped
 _JIT = "jit_options" if "jit_options" in inspect.signature(fem.form).parameters else "jit_params"
 
 
 @lru_cache(maxsize=32)
-def reference_element(degree: int, equispaced: bool = False) -> Any:
-    """Basix Lagrange triangle of a degree, to tabulate and to place nodes.
+def reference_element(degree: int, equispaced: bool = False, dimension: int = 2) -> Any:
+    """Basix Lagrange triangle or tetrahedron of a degree, to tabulate and to place nodes.
 
     The Gauss-Lobatto variant is the one of the function spaces, the equispaced one that of the
     coordinate elements.
     """
     variant = _EQUISPACED if equispaced else _GLL
-    return basix.create_element(basix.ElementFamily.P, basix.CellType.triangle, degree, variant)
+    cell = getattr(basix.CellType, CELLS[dimension])
+    return basix.create_element(basix.ElementFamily.P, cell, degree, variant)
 
 
-def degree_of(n_nodes: int) -> int:
-    """Degree of a Lagrange triangle of n nodes."""
-    return int(round((np.sqrt(8 * n_nodes + 1) - 3) / 2))
+def degree_of(n_nodes: int, dimension: int = 2) -> int:
+    """Degree of a Lagrange triangle or tetrahedron of n nodes."""
+    return next(k for k in range(n_nodes) if comb(k + dimension, dimension) == n_nodes)
 
 
-def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int) -> Any:
-    """Distributed triangle mesh with equispaced Lagrange coordinates of any order.
+def create_mesh(
+    comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: int, dimension: int = 2
+) -> Any:
+    """Distributed mesh of triangles or tetrahedra, equispaced Lagrange coordinates of any order.
 
-    ``cells`` (c, (order + 1)(order + 2)/2) are node numbers in Basix' order, ``points`` (n, 2) in
-    the plane or (n, 3) in space; ranks may pass any share of them, usually rank 0 passes all.
+    ``cells`` (c, nodes) are node numbers in Basix' order, ``points`` (n, 2) in the plane or (n, 3)
+    in space; ranks may pass any share of them, usually rank 0 passes all.
     """
     cells = np.ascontiguousarray(cells, dtype=np.int64)
     points = np.ascontiguousarray(points, dtype=np.float64)
-    domain = _coordinate_domain(order, points.shape[1])
+    domain = _coordinate_domain(order, points.shape[1], CELLS[dimension])
     # facets between two ranks need the cells on both sides: they become ghosts
-    found = destinations(cells[:, :3], points, comm.size)
+    found = destinations(cells[:, : dimension + 1], points, comm.size)
     names = list(inspect.signature(dolfinx.mesh.create_mesh).parameters)
     if _basix_ufl is None:  # 0.5 takes arrays too, but writes them out in an error first
         cells = dolfinx.cpp.graph.AdjacencyList_int64(cells)
@@ -84,16 +89,13 @@ def create_mesh(comm: MPI.Comm, cells: np.ndarray, points: np.ndarray, order: in
     return dolfinx.mesh.create_mesh(*arguments, partitioner=lambda *_: _adjacency(found))
 
 
-def _coordinate_domain(order: int, dimension: int) -> Any:
+def _coordinate_domain(order: int, components: int, cell: str) -> Any:
     if _basix_ufl is not None:
-        return ufl.Mesh(
-            _basix_ufl.element(
-                "Lagrange", "triangle", order, lagrange_variant=_EQUISPACED, shape=(dimension,)
-            )
-        )
-    cell = ufl.Cell("triangle", geometric_dimension=dimension)
-    scalar = ufl.FiniteElement("Lagrange", cell, order, variant="equispaced")
-    return ufl.Mesh(ufl.VectorElement(scalar, dim=dimension))
+        kind = {"lagrange_variant": _EQUISPACED, "shape": (components,)}
+        return ufl.Mesh(_basix_ufl.element("Lagrange", cell, order, **kind))
+    shape = ufl.Cell(cell, geometric_dimension=components)
+    scalar = ufl.FiniteElement("Lagrange", shape, order, variant="equispaced")
+    return ufl.Mesh(ufl.VectorElement(scalar, dim=components))
 
 
 def _adjacency(rows: list[np.ndarray]) -> Any:
@@ -111,10 +113,10 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
     """Continuous Lagrange space (Gauss-Lobatto nodes), scalar or vector; of degree 0 by cells."""
     family = "Lagrange" if degree else "DG"
     if _basix_ufl is not None:
-        shape = {} if components == 1 else {"shape": (components,)}
-        element = _basix_ufl.element(family, "triangle", degree, lagrange_variant=_GLL, **shape)
+        options = {"lagrange_variant": _GLL} | ({"shape": (components,)} if components > 1 else {})
+        element = _basix_ufl.element(family, CELLS[mesh.topology.dim], degree, **options)
         return _compiled(mesh.comm, partial(fem.functionspace, mesh, element))
-    kind = degree, components, mesh.geometry.dim
+    kind = degree, components, mesh.geometry.dim, mesh.topology.dim
     if not mesh.comm.allreduce(kind in _known_spaces, op=MPI.LAND):
         element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
         if components > 1:
@@ -129,9 +131,8 @@ def lagrange_space(mesh: Any, degree: int, components: int = 1) -> Any:
     return fem.FunctionSpace(mesh, element, dolfinx.cpp.fem.FunctionSpace(on, compiled, dofmap))
 
 
-# element, DOLFINx' and the form compiler's objects by dimension, degree and
-# components: 0.5 looks them up anew
-_known_spaces: dict[tuple[int, int, int], tuple[Any, Any, Any]] = {}
+# objects of UFL, DOLFINx, FFCx by degree, components, dimensions: 0.5 looks them up anew
+_known_spaces: dict[tuple[int, int, int, int], tuple[Any, Any, Any]] = {}
 
 
 def interpolation_matrix(coarse: Any, fine: Any) -> Any:
@@ -282,7 +283,7 @@ def facet_measures(
     stride = len(groups) + 1
     for number, group in enumerate(others, 1):
         numbers[np.isin(facets, group)] += number * stride
-    tags = dolfinx.mesh.meshtags(mesh, 1, facets, numbers)
+    tags = dolfinx.mesh.meshtags(mesh, mesh.topology.dim - 1, facets, numbers)
     edge = ufl.Measure("ds", domain=mesh, subdomain_data=tags, metadata=metadata)
     beside = range(len(others) + 1)
     own = [tuple(g + stride * i for i in beside) for g in range(1, stride)]
@@ -338,9 +339,7 @@ def versions() -> dict[str, str]:
 
 def assemble_matrix_into(matrix: Any, form: Any) -> None:
     """Add an assembled bilinear form to an existing matrix of its sparsity. Collective."""
-    from dolfinx.fem import petsc
-
-    petsc.assemble_matrix(matrix, form, bcs=[])
+    _petsc.assemble_matrix(matrix, form, bcs=[])
     matrix.assemble()
 
 
@@ -355,14 +354,15 @@ def orthonormal_polynomials(degree: int, points: np.ndarray) -> np.ndarray:
 
 def exterior_facets(mesh: Any) -> np.ndarray:
     """Local facets on the boundary of the whole mesh that this rank owns."""
-    mesh.topology.create_connectivity(1, 2)
+    mesh.topology.create_connectivity(mesh.topology.dim - 1, mesh.topology.dim)
     return np.asarray(dolfinx.mesh.exterior_facet_indices(mesh.topology))
 
 
 def cells_at(mesh: Any, facets: np.ndarray) -> np.ndarray:
     """A local cell (f,) that each of some local facets bounds."""
-    mesh.topology.create_connectivity(1, 2)
-    cells = mesh.topology.connectivity(1, 2)
+    dimension = mesh.topology.dim
+    mesh.topology.create_connectivity(dimension - 1, dimension)
+    cells = mesh.topology.connectivity(dimension - 1, dimension)
     return np.array([cells.links(facet)[0] for facet in facets], dtype=np.int64)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 def destinations(corners: np.ndarray, points: np.ndarray, ranks: int) -> list[np.ndarray]:
     """Ranks of every cell, its owner first, then those that own a neighbour across a facet.
 
-    corners : (c, 3) vertices of the triangles; points : (n, d).
+    corners : (c, 3 or 4) vertices of triangles or tetrahedra; points : (n, d).
     """
     owner = np.zeros(len(corners), dtype=np.int32)
     if len(corners):
@@ -28,11 +28,13 @@ def destinations(corners: np.ndarray, points: np.ndarray, ranks: int) -> list[np
 
 
 def neighbours(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (f,), (f,) of triangles (c, 3) that share a facet."""
-    sides = np.sort(corners[:, [[1, 2], [0, 2], [0, 1]]].reshape(-1, 2), axis=1)
+    """Pairs (f,), (f,) of triangles (c, 3) or tetrahedra (c, 4) that share a facet."""
+    n = corners.shape[1]
+    facets = [np.delete(np.arange(n), vertex) for vertex in range(n)]
+    sides = np.sort(corners[:, facets].reshape(-1, n - 1), axis=1)
     order = np.lexsort(sides.T)
     same = np.flatnonzero((np.diff(sides[order], axis=0) == 0).all(axis=1))
-    return order[same] // 3, order[same + 1] // 3
+    return order[same] // n, order[same + 1] // n
 
 
 def _halve(

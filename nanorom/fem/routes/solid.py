@@ -1,0 +1,280 @@
+"""From a scene to the reduced model of a solid, in three dimensions.
+
+The scene's film is made as thick as it is, or the volumes of a mesh file are taken as they are.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import attrs
+import numpy as np
+
+from nanorom.errors import SceneError
+from nanorom.fem import plan_text
+from nanorom.fem.mesh import thick
+from nanorom.fem.mesh.discretisation import Discretisation
+from nanorom.fem.models import build_solid
+from nanorom.fem.models.solid import HIGHEST_DEGREE, LOWEST_DEGREE, Solid
+from nanorom.fem.modes import solid as solids
+from nanorom.fem.modes.solid import SolidModes
+from nanorom.fem.output import losses
+from nanorom.fem.output.model import Parts
+from nanorom.fem.output.solid import SolidWork, drawn
+from nanorom.fem.plan import Plan
+from nanorom.fem.plan_text import Item
+from nanorom.fem.routes.route import Route
+from nanorom.fem.routes.tolerance import Refinement, can_refine, solved_to_tolerance
+from nanorom.fem.solvers import compat
+from nanorom.fem.solvers.groups import Team, check_alike
+from nanorom.fem.stopwatch import Stopwatch
+from nanorom.fem.symmetry import Mirrors
+from nanorom.fem.tensors.solid import SolidTensors, condensed
+from nanorom.files.partial import Journal
+from nanorom.rom.patterns import reduced
+from nanorom.scene import plausibility
+from nanorom.scene.geometry import MeshFile
+from nanorom.scene.scene import Scene
+
+REFINEMENT = Refinement(4, 0.5, "the estimated error is")
+COARSER = 4.0  # in aim: cells at edges, on which the error depends, are twice as long
+INCOMPRESSIBLE = 0.49  # Poisson's ratio beyond which displacements alone lock
+
+
+@attrs.frozen(eq=False)
+class Solution:
+    """Modes and tensors on one mesh, and how much others differ from them, relative.
+
+    errors: of frequencies, and of the cubic tensor by its largest entry.
+    """
+
+    modes: SolidModes
+    tensors: SolidTensors
+    errors: tuple[float, float]
+    rounding: float = 0.0
+    mixing: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """The larger one of frequencies and tensors."""
+        return max(self.errors)
+
+
+class SolidRoute(Route):
+    """Solids in tetrahedra, all that lies outside the modes condensed directly."""
+
+    def check(self, scene: Scene) -> None:
+        """Raise SceneError for what a solid cannot be asked."""
+        super().check(scene)
+        check(scene)
+
+    def method(self, scene: Scene) -> str:
+        """The force of a solid is cubic: what lies outside the modes is condensed exactly."""
+        return "direct"
+
+    def load_cases(self, plan: Plan) -> tuple[int, int]:
+        """One for each pair of modes."""
+        n = len(plan.scene.modes.numbers)
+        return n * (n + 1) // 2, n * (n + 1) // 2
+
+    def items(self, plan: Plan) -> list[Item]:
+        """Modes and tensors of the whole solid."""
+        return [
+            Item("pre-stress", False, "a uniform stress is in equilibrium with the held faces"),
+            plan_text.bending_item(plan),
+            plan_text.mirror_item(Mirrors()),
+            plan_text.modes_item(plan),
+            *plan_text.tensor_items(plan, "direct", self.load_cases(plan), flat=False),
+        ]
+
+    def cost(self, plan: Plan) -> str:
+        """Cells, their degree and unknowns."""
+        scene = plan.scene
+        chosen = thick.choose(scene, plan.scales.length, scene.accuracy.tolerance)
+        cells, where = chosen.source.cells, ""
+        if cells is None:
+            data = chosen.source.mesh(1)
+            box = " by ".join(f"{side:.3g} m" for side in data.sides * plan.scales.length)
+            cells, where = len(data.cells), f"{chosen.source.name}, {box}: "
+        unknowns = build_solid.unknowns_of(cells, chosen.degree)
+        first = "" if scene.accuracy.tolerance is None else " at first"
+        return (
+            f"{where}{cells} tetrahedra of degree {chosen.degree}, about {unknowns} "
+            f"unknowns{first}; {build_solid.MOST_UNKNOWNS} at most"
+        )
+
+    def span(self, plan: Plan) -> plausibility.Span:
+        """Shorter and longer side in plan; of a file that is read for it. One process."""
+        scene = plan.scene
+        known = plausibility.span_of(scene)
+        if known is not None:
+            return known
+        chosen = thick.choose(scene, plan.scales.length, scene.accuracy.tolerance)
+        data = chosen.source.mesh(1)
+        build_solid.held_of(scene, list(data.facets))
+        *_, short, long = np.sort(data.sides) * plan.scales.length
+        return float(short), float(long)
+
+    def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:
+        """Modes, tensors, patterns and losses, to the scene's tolerance."""
+        scene, length = plan.scene, plan.scales.length
+        material = scene.material
+        solution = solved_to_tolerance(scene, lambda aim: solve(team, plan, aim, watch), REFINEMENT)
+        modes, tensors = solution.modes, solution.tensors
+        modulus = material.youngs_modulus
+        clock = np.sqrt(modulus / material.density) / length  # rad/s of an eigenvalue of 1
+        frequency = clock * np.sqrt(modes.eigenvalues) / (2 * np.pi)
+        with watch.stage("patterns"):
+            shapes = drawn(modes, length)
+            along = build_solid.stretched(scene)
+            size = scene.plate.thickness
+            work = SolidWork(modes, shapes, length, material.density, size, along)
+            patterns = reduced(work, scene.drive)
+            motion = motion_of(modes, tensors, frequency, modulus, length, material.density)
+        error = np.full(len(frequency), solution.errors[0])
+        return Parts(
+            frequency=frequency,
+            mass=motion.mass,
+            label=modes.names,
+            stiffness=modulus * length * tensors.stiffness,
+            quadratic=modulus * tensors.quadratic,
+            cubic=modulus / length * tensors.cubic,
+            patterns=patterns,
+            shapes=shapes,
+            losses=losses.losses(scene, motion),
+            method=self.method(scene),
+            diagnostics={
+                "asymmetry": tensors.asymmetry,
+                "error_frequency": solution.errors[0],
+                "error_tensor": solution.errors[1],
+                "outside_frequency": float(clock * np.sqrt(tensors.eigenvalue) / (2 * np.pi)),
+            }
+            | losses.told(scene, motion, error, modes.names)
+            | _size(modes.solid),
+        )
+
+
+def _size(solid: Solid) -> dict[str, Any]:
+    return {
+        "dofs": int(solid.free.size),
+        "cells": int(solid.domain.mesh.topology.index_map(3).size_global),
+        "degree": solid.degree,
+    }
+
+
+def motion_of(
+    modes: SolidModes,
+    tensors: SolidTensors,
+    frequency: np.ndarray,
+    modulus: float,
+    length: float,
+    density: float,
+) -> losses.Motion:
+    """What losses of the modes follow from, in SI. Collective."""
+    mass = density * length**3 * modes.masses()
+    borne = np.zeros_like(tensors.stiffness)
+    for axis, stress in enumerate(modes.solid.stress):
+        if stress:
+            borne += stress * modes.solid.slopes(modes.shapes, [axis])
+    strained = modulus * length * (tensors.stiffness - borne)
+    return losses.Motion(
+        frequency=frequency,
+        stiffness=modulus * length * np.diag(tensors.stiffness),
+        strained=strained,
+        dilated=np.diag(strained),
+        mass=mass,
+        square=mass / density,
+    )
+
+
+def solve(team: Team, plan: Plan, aim: float | None, watch: Stopwatch) -> Solution:
+    """Modes and tensors on one mesh, and what a coarser one has, for the error. Collective.
+
+    Of a mesh that cannot be made coarser one degree less (of degree 2, one more) takes its place.
+    """
+    scene, length = plan.scene, plan.scales.length
+    if aim is not None and can_refine(scene):
+        beside = thick.choose(scene, length, COARSER * aim)
+        chosen = thick.choose(scene, length, aim)
+    else:
+        chosen = thick.choose(scene, length, None if aim is None else thick.USUAL)
+        step = -1 if chosen.degree > LOWEST_DEGREE else 1
+        beside = attrs.evolve(chosen, degree=chosen.degree + step)
+    rough_modes, rough = _solved(team, scene, beside, watch)
+    modes, tensors = _solved(team, scene, chosen, watch)
+    frequency = np.abs(rough_modes.eigenvalues / modes.eigenvalues - 1).max() / 2
+    # the sign of a shape is not the same where two places are equal but for an error
+    change = np.abs(np.abs(rough.cubic) - np.abs(tensors.cubic)).max() / np.abs(tensors.cubic).max()
+    errors = team.across.bcast((float(frequency), float(change)))
+    return Solution(modes, tensors, errors)
+
+
+def _solved(
+    team: Team, scene: Scene, chosen: Discretisation, watch: Stopwatch
+) -> tuple[SolidModes, SolidTensors]:
+    """Modes and tensors on one mesh. Collective."""
+    with watch.stage("mesh"):
+        domain = build_solid.build_domain(team.within, chosen)
+        check_alike(team.across, domain.mesh.geometry.x)
+    solid = build_solid.build_solid(scene, domain, chosen.degree)
+    with watch.stage("modes"):
+        index = np.array(scene.modes.numbers) - 1
+        modes = solids.solve(solid, scene.modes.highest).take(index)
+    with watch.stage("tensors"):
+        tensors = condensed(modes)
+    compat.free_memory(team.within)
+    return modes, tensors
+
+
+def check(scene: Scene) -> None:
+    """Raise SceneError for what a solid does not know."""
+    only = "allowed with another plate.model than solid"
+    given = {
+        "load": scene.load is not None,
+        "plate.initial_shape": scene.plate.initial_shape is not None,
+        "region": bool(scene.regions),
+        "gas": scene.gas is not None,
+        "material.expansion": scene.material.thermal,
+        "damping.material_time": scene.damping is not None and scene.damping.material_time > 0,
+    }
+    for key, found in given.items():
+        if found:
+            raise SceneError(f"{key}: found beside plate.model = solid; {only}")
+    for side, kind in scene.supports.items():
+        if kind not in ("clamped", "free"):
+            raise SceneError(
+                f"support.{side}: found {kind} for the face of a solid; allowed: clamped | free"
+            )
+    reduction = scene.reduction
+    for key, allowed in (("method", "direct"), ("in_plane", "free"), ("outside", "static")):
+        value = getattr(reduction, key)
+        if value != allowed:
+            raise SceneError(
+                f"reduction.{key}: found {value} beside plate.model = solid; allowed: {allowed}"
+            )
+    degree = scene.accuracy.degree
+    if degree is not None and degree > HIGHEST_DEGREE:
+        raise SceneError(
+            f"accuracy.degree: found {degree}; allowed: {LOWEST_DEGREE} to {HIGHEST_DEGREE} for a "
+            "solid"
+        )
+    if scene.material.poisson_ratio > INCOMPRESSIBLE:
+        raise SceneError(
+            f"material.poisson_ratio: found {scene.material.poisson_ratio:g}; allowed: up to "
+            f"{INCOMPRESSIBLE:g} for a solid, which locks beyond"
+        )
+    along = build_solid.stretched(scene)
+    for axis, name in enumerate(("x", "y")):
+        pull = getattr(scene.tension, name)
+        if pull and axis not in along:
+            raise SceneError(
+                f"tension.{name}: found {pull:g} N/m across a free face of a solid, which does not "
+                "bear it; allowed: 0"
+            )
+    if isinstance(scene.geometry, MeshFile) and scene.support.default == "clamped":
+        named = any(kind == "clamped" for kind in scene.support.named.values())
+        if not named:
+            raise SceneError(
+                "support.edge: found one kind for all faces of a mesh file's solid; allowed: a "
+                'table that names its physical surfaces, such as { ends = "clamped" }'
+            )

@@ -1,0 +1,148 @@
+"""Scenes with plate.model = "solid": beams, plates, strings, what is refused."""
+
+import attrs
+import numpy as np
+import pytest
+from numpy.polynomial import legendre
+from scipy.linalg import eigh
+
+from nanorom.errors import SceneError
+from nanorom.fem.plan import Plan
+from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.routes.registry import route_of
+from nanorom.rom.manifold.reduced import manifold
+from nanorom.scene.excitation import Damping
+from nanorom.scene.film import Plate, Tension
+from nanorom.scene.geometry import Rectangle, String
+from nanorom.scene.load import Load
+from nanorom.scene.material import Gas, Material
+from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
+from nanorom.scene.support import Support
+
+ROUGH = Accuracy(tolerance=1e-3)
+SECOND_ORDER = 0.1  # of the exponent 2 of h/L in what a beam leaves out
+SHEAR = 0.01  # of what shear and rotary inertia lower a frequency by: Timoshenko's theory
+PRINTED = 1e-4  # of a published backbone
+
+
+def beam(model, ratio=0.02, nu=0.0, count=1, **changes):
+    """A clamped beam of width 2.4 thicknesses."""
+    given = {
+        "geometry": String(1e-3, 2.4e-3 * ratio),
+        "plate": Plate(1e-3 * ratio, model),
+        "material": Material(160e9, nu, 2320.0),
+        "modes": Modes(count=count),
+        "accuracy": ROUGH if model == "solid" else Accuracy(),
+    }
+    return Scene(**{**given, **changes})
+
+
+def timoshenko(ratio):
+    """First frequency of a clamped beam without Poisson's ratio, E = rho = L = 1, in 1/s.
+
+    Ritz, deflection and rotation in 30 polynomials each; shear factor 5/6.
+    """
+    x, weights = legendre.leggauss(50)
+    basis = [legendre.Legendre.basis(n) - legendre.Legendre.basis(n + 2) for n in range(30)]
+    w = np.array([b(x) for b in basis])
+    slope = 2 * np.array([b.deriv()(x) for b in basis])
+    weights, inertia, shear = weights / 2, ratio**3 / 12, 5 / 6 * ratio / 2
+    ww, ss, sw = (w * weights) @ w.T, (slope * weights) @ slope.T, (slope * weights) @ w.T
+    stiffness = np.block([[shear * ss, -shear * sw], [-shear * sw.T, inertia * ss + shear * ww]])
+    mass = np.block([[ratio * ww, 0 * ww], [0 * ww, inertia * ww]])
+    return np.sqrt(eigh(stiffness, mass, eigvals_only=True)[0]) / (2 * np.pi)
+
+
+def test_slender_solids_tend_to_the_beam_at_the_rate_of_its_theory():
+    found = []
+    for ratio in (0.04, 0.02):
+        solid, slender = (reduce_scene(beam(model, ratio)) for model in ("solid", "beam"))
+        lower = solid.frequency[0] / slender.frequency[0] - 1
+        unit = 1e3 * np.sqrt(160e9 / 2320.0)
+        theory = unit * timoshenko(ratio) / slender.frequency[0] - 1
+        assert lower == pytest.approx(theory, rel=SHEAR)
+        stiffer = solid.cubic[0, 0, 0, 0] / slender.cubic[0, 0, 0, 0] - 1
+        pushed = solid.drive["pressure"] / slender.drive["pressure"] - 1
+        heavier = solid.mass[0] / slender.mass[0] - 1
+        found.append(np.abs([lower, stiffer, heavier, *pushed]))
+    rates = np.log2(found[0] / found[1])
+    assert rates == pytest.approx(np.full(len(rates), 2.0), abs=SECOND_ORDER)
+    assert np.all(found[1] < 0.02)
+
+
+def test_published_backbone_of_a_clamped_beam_by_its_effective_cubic():
+    """1000 x 10 x 24 um, E 160 GPa, nu .22: 1.018217 at .25756 thicknesses, order 3, in 3D.
+
+    Vizzaccaro et al. 2021, doi:10.1007/s00466-021-02049-1, from tetrahedra of another code.
+    """
+    scene = beam("solid", 0.01, nu=0.22, accuracy=Accuracy(tolerance=5e-4))
+    model = reduce_scene(attrs.evolve(scene, geometry=String("1000 um", "24 um")))
+    reduced = manifold(model, masters=[1], order=3)
+    omega, _ = reduced.backbone(np.array([0.25756 * 10e-6]))
+    found = omega[0] / (2 * np.pi * model.frequency[0])
+    assert found == pytest.approx(1.018217, abs=PRINTED)
+
+
+def test_a_thick_plate_is_softer_than_kirchhoffs_by_shear():
+    """As of Mindlin's theory, whose clamped square plate has 3.2954 at a tenth.
+
+    Dawe and Roufaeil 1980, doi:10.1016/0022-460X(80)90650-3: omega a^2/pi^2 sqrt(rho h/D).
+    """
+    plate = Scene(
+        geometry=Rectangle(1.0, 1.0),
+        plate=Plate(0.1, "solid"),
+        material=Material(1e9, 0.3, 1000.0),
+        modes=Modes(count=1),
+        accuracy=Accuracy(degree=3, mesh_size=0.12),
+    )
+    model = reduce_scene(plate)
+    rigidity = 1e9 * 0.1**3 / (12 * (1 - 0.09))
+    scaled = 2 * model.frequency[0] / np.pi * np.sqrt(1000 * 0.1 / rigidity)
+    assert scaled == pytest.approx(3.2954, rel=0.015)
+    thin = reduce_scene(attrs.evolve(plate, plate=Plate(0.1, "plate"), accuracy=Accuracy()))
+    assert model.frequency[0] < 0.92 * thin.frequency[0]
+    assert model.cubic[0, 0, 0, 0] == pytest.approx(thin.cubic[0, 0, 0, 0], rel=0.05)
+
+
+def test_tension_and_its_dilution_of_loss_are_those_of_the_string():
+    """The solid's own tension, with loss of the material, beside the beam's."""
+    material = Material(160e9, 0.0, 2320.0, loss=1e-3)
+    pull = Tension(20 * 160e9 * 1e-5 * 1e-4, 0.0)
+    solid, slender = (
+        reduce_scene(beam(model, 0.01, material=material, tension=pull))
+        for model in ("solid", "beam")
+    )
+    assert solid.frequency == pytest.approx(slender.frequency, rel=1e-3)
+    assert solid.losses["material"] == pytest.approx(slender.losses["material"], rel=0.01)
+    modulated = solid.parametric["tension"] / slender.parametric["tension"]
+    assert modulated == pytest.approx(1.0, rel=1e-3)
+    free = reduce_scene(beam("solid", 0.04, material=material))
+    assert free.losses["material"] == pytest.approx(1e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("key", "changes"),
+    [
+        ("load", {"load": Load(pressure=10.0)}),
+        ("gas", {"gas": Gas(100.0)}),
+        ("support.left", {"support": Support({"left": "simply_supported", "right": "clamped"})}),
+        ("reduction.method", {"reduction": Reduction(method="step")}),
+        ("reduction.in_plane", {"reduction": Reduction(in_plane="fixed")}),
+        ("reduction.outside", {"reduction": Reduction(outside="rest")}),
+        ("accuracy.degree", {"accuracy": Accuracy(degree=5, mesh_size=1e-4)}),
+        ("material.poisson_ratio", {"material": Material(1e9, 0.495, 1000.0)}),
+        ("tension.y", {"tension": Tension(1.0, 1.0)}),
+        ("damping.material_time", {"damping": Damping(100, material_time=1e-9)}),
+    ],
+)
+def test_what_a_solid_does_not_know_is_refused_in_one_line(key, changes):
+    scene = beam("solid", **changes)
+    with pytest.raises(SceneError, match=f"^{key}: found") as told:
+        route_of(scene).check(scene)
+    assert "\n" not in str(told.value)
+
+
+def test_the_plan_tells_cells_and_unknowns():
+    scene = beam("solid")
+    told = route_of(scene).cost(Plan.of(scene))
+    assert "tetrahedra of degree 4" in told and "unknowns" in told
