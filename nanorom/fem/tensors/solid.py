@@ -90,7 +90,9 @@ def stiffening(modes: SolidModes, stress: tuple[float, float, float]) -> np.ndar
     factors = algebra.Factorization(solid.stiffness, "nanorom_solid_", "solid's stiffness")
     relaxed = -factors.solve(rest)
     factors.reset()
-    found = 2 * modes.products(solid.quadratic(np.repeat(relaxed, shapes.shape[1], axis=1), shapes))
+    found: np.ndarray = 2 * modes.products(
+        solid.quadratic(np.repeat(relaxed, shapes.shape[1], axis=1), shapes)
+    )
     for axis, value in enumerate(stress):
         found += value * solid.slopes(shapes, [axis])
     return 0.5 * (found + found.T)
