@@ -140,7 +140,7 @@ def equations_of(
     if not places or len(set(places)) < len(places):
         raise ModelError(f"masters: found {list(masters)}; allowed: one or more different modes")
     frequency = float(linear.rates[places[0]].imag)
-    amplitude = _amplitude(arrays, int(np.abs(linear.shapes[:, places[0]]).argmax()))
+    amplitude = displacement_unit(arrays, int(np.abs(linear.shapes[:, places[0]]).argmax()))
     return Equations.of(arrays, frequency, amplitude), np.array(places), label
 
 
@@ -179,7 +179,7 @@ def _by_frequency(linear: Basis, master: int | str) -> int:
     return int(np.argsort(linear.rates[: linear.size].imag, kind="stable")[master - 1])
 
 
-def _amplitude(arrays: dict[str, Array], place: int) -> float:
+def displacement_unit(arrays: dict[str, Array], place: int) -> float:
     """The displacement of a mode at which its cubic (or the quadratic) force equals the linear."""
     stiffness = abs(float(arrays["stiffness"][place, place]))
     cubic = float(np.abs(arrays["cubic"][place, place, place, place]))
