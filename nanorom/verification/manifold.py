@@ -8,9 +8,8 @@ import numpy as np
 
 from nanorom.errors import ModelError, SceneError
 from nanorom.rom.manifold.direct import fields
-from nanorom.rom.manifold.equations import Equations, displacement_unit
 from nanorom.rom.manifold.full import FullSystem
-from nanorom.rom.manifold.projection import Projection, project
+from nanorom.rom.manifold.projection import Projection, in_units, near, project
 from nanorom.rom.manifold.reduced import TOLERANCE, Reduced, check, check_size, of_equations
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
@@ -71,27 +70,6 @@ def spanned(system: FullSystem, shapes: Array, squares: Array, order: int) -> Pr
     shapes (n, m) of unit mass, squares (m,) their squared frequencies.  Raises ModelError.
     """
     return project(system, shapes, squares, fields(system, shapes, squares, order + FURTHER))
-
-
-def in_units(found: Projection, quality: Array, scale: Array, time: float) -> Equations:
-    """Equations in SI units: time in s, scale (r,): m per coordinate of unit mass.
-
-    quality (r,): quality factors of masters and fields.
-    """
-    unit = 1 / scale
-    rates = np.sqrt(found.squares)
-    size = len(unit)
-    arrays = {
-        "mass": np.diag(unit**2),
-        "damping": np.diag(unit**2 * rates / (quality * time)),
-        "stiffness": np.diag(unit**2 * found.squares / time**2),
-        "quadratic": found.quadratic * np.einsum("i,j,k->ijk", unit, unit, unit) / time**2,
-        "cubic": found.cubic * np.einsum("i,j,k,l->ijkl", unit, unit, unit, unit) / time**2,
-        "cubic_damping": np.zeros((size,) * 4),
-        "direct": np.zeros(size),
-        "parametric": np.zeros((size, size)),
-    }
-    return Equations.of(arrays, float(rates[0] / time), displacement_unit(arrays, 0))
 
 
 def _more(scene: Scene, masters: Sequence[int | str]) -> int:

@@ -74,7 +74,8 @@ def fields(system: FullSystem, shapes: Array, squares: Array, order: int) -> Fie
         masters[here] = np.where(keep, 0.0, right / np.where(keep, 1.0, turn - rates))
         moved = carried(monomials, slaves, dynamics, degree, 2, 2).real
         pushed = turn * moved + carried(monomials, speeds, dynamics, degree, 2, 2).real
-        slaves[here] = border.solve(sigma[here], -force + (system.mass @ pushed.T).T)
+        rest = (system.mass @ pushed.T).T - force
+        slaves[here] = border.solve(sigma[here], rest - (rest @ shapes) @ border.momenta.T)
         speeds[here] = turn * slaves[here] + moved
         both = masters[here].reshape(-1, 2, len(omega)).sum(axis=1) / 2
         whole[here] = slaves[here] + both @ shapes.T
@@ -91,7 +92,7 @@ class _Bordered:
     """Solves (K - sigma^2 M) u = f for u orthogonal to modes, f without them."""
 
     def __init__(self, system: FullSystem, momenta: Array) -> None:
-        self._system, self._momenta = system, momenta
+        self.system, self.momenta = system, momenta
 
     def solve(self, sigma: Array, right: Array) -> Array:
         """Solutions (p, n), one for each sigma (p,); one factor for all of one size."""
@@ -105,8 +106,8 @@ class _Bordered:
         return found
 
     def _solve(self, sigma: float, right: Array) -> Array:
-        system, count = self._system, self._momenta.shape[1]
-        edge = sp.csc_matrix(self._momenta)
+        system, count = self.system, self.momenta.shape[1]
+        edge = sp.csc_matrix(self.momenta)
         matrix = sp.bmat(
             [[system.stiffness - sigma**2 * system.mass, edge], [edge.T, None]], format="csc"
         )

@@ -3,8 +3,7 @@
 The fields W_a of the manifold of all degrees of freedom and the masters span a space in which the
 manifold lies, whatever its style.  In coordinates of that space the equations (Galerkin) have this
 very manifold, order by order, for each W_a solves its linear problem there, too.  So a modal system
-of a few tens of coordinates stands for the film.  With damping, which turns the fields, the same
-holds but for the square of 1/Q, as the operators are symmetric.
+of a few tens of coordinates stands for the film.  Fields are damped as modes are, by a Q.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from scipy.sparse.linalg import splu
 
 from nanorom.errors import ModelError
 from nanorom.rom.manifold.direct import CHUNK, Fields, swapped
+from nanorom.rom.manifold.equations import Equations, displacement_unit
 from nanorom.rom.manifold.full import FullSystem
 from nanorom.types import Array
 
@@ -66,6 +66,27 @@ def project(
         _tensor(system.quadratic, vectors, 2),
         _tensor(system.cubic, vectors, 3),
     )
+
+
+def in_units(found: Projection, quality: Array, scale: Array, time: float) -> Equations:
+    """Equations in SI units: time in s, scale (r,): m per coordinate of unit mass.
+
+    quality (r,): quality factors of masters and fields.
+    """
+    unit = 1 / scale
+    rates = np.sqrt(found.squares)
+    size = len(unit)
+    arrays = {
+        "mass": np.diag(unit**2),
+        "damping": np.diag(unit**2 * rates / (quality * time)),
+        "stiffness": np.diag(unit**2 * found.squares / time**2),
+        "quadratic": found.quadratic * np.einsum("i,j,k->ijk", unit, unit, unit) / time**2,
+        "cubic": found.cubic * np.einsum("i,j,k,l->ijkl", unit, unit, unit, unit) / time**2,
+        "cubic_damping": np.zeros((size,) * 4),
+        "direct": np.zeros(size),
+        "parametric": np.zeros((size, size)),
+    }
+    return Equations.of(arrays, float(rates[0] / time), displacement_unit(arrays, 0))
 
 
 def near(system: FullSystem, start: Array, squares: Array) -> tuple[Array, Array]:
