@@ -108,6 +108,11 @@ class Verified:
             "n", "", "residual, by the drive, at which the search ended in vain", finite=False
         ),
     )
+    named: Array | None = attrs.field(
+        default=None,
+        converter=as_optional,
+        metadata=array("n", "", "modes, the model's among them, that led to the film's orbit"),
+    )
 
     def __attrs_post_init__(self) -> None:
         schema.check(self)
@@ -207,6 +212,9 @@ class Verified:
         if len(errors):
             worst = f"median {np.median(errors):.1e}, largest {errors.max():.1e}"
             lines.append(f"error of the largest amplitude: {worst}")
+        named = np.empty(0) if self.named is None else self.named[self.solved]
+        for count in sorted(set(named) - {min(named, default=0)}):
+            lines.append(f"{int((named == count).sum())} of them by way of {count:.0f} modes")
         left = np.empty(0) if self.left is None else self.left[np.isfinite(self.left)]
         if len(left):
             ends = f"{left.min():.0e} to {left.max():.0e}" if len(left) > 1 else f"{left[0]:.0e}"

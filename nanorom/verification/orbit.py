@@ -88,7 +88,7 @@ def full_orbit(
     film = film or assemble(scene, more)
     problem = pose(DrivenFilm(film, patterns, direct, parametric), orbit)
     border = Border.fixed(orbit.harmonics, problem.model.size)
-    start = problem.nearer(border)
+    start = problem.nearer(border) or (problem.start, problem.rate)
     return told(problem, correct(problem.model, *start, border, tolerance))
 
 
