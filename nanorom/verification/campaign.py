@@ -35,6 +35,7 @@ NUMBERS = (
     "largest_multiplier",
     "left",
     "named",
+    "multiplier_film",
 )
 
 
@@ -190,6 +191,7 @@ class _Row:
             one.multiplier,
             one.left,
             float(len(film.names)),
+            one.multiplier_film,
         )
         values = dict(zip(NUMBERS, numbers))
         arrays = {
@@ -226,6 +228,7 @@ def _table(scene: Scene, response: Response, chosen: list[Chosen], rows: list[_R
         omega=np.array([c.orbit.omega for c in chosen]),
         period_multiple=np.array([c.orbit.period_multiple for c in chosen], dtype=int),
         harmonics=np.array([c.orbit.harmonics for c in chosen], dtype=int),
+        multiplier_model=np.array([np.abs(c.multipliers).max() for c in chosen]).reshape(count),
         modal=np.array([c.amplitude for c in chosen]).reshape(count, len(response.label)),
         **columns,
     )

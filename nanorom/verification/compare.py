@@ -32,6 +32,8 @@ class Comparison:
 
     modal_residual : of the film's equations by the drive; estimate, estimate_omega: relative, of
     the largest amplitude and of the frequency; takes_part (K,) in m; deflection in m, of the model;
+    multiplier, multiplier_film : largest modulus of a Floquet multiplier of the modal orbit, and of
+    the film's own, all named modes being among those that may grow;
     left : the residual, by the drive, at which the search for the film's orbit ended in vain, NaN
     where it was found or not looked for.  near : the orbit of all named modes next to the modal
     one, (2H + 1, N) in m; None where there is none, or where the film's was found.
@@ -44,6 +46,7 @@ class Comparison:
     takes_part: Array
     deflection: float
     multiplier: float
+    multiplier_film: float
     full: FullOrbit | None
     left: float
     near: PeriodicOrbit | None
@@ -90,6 +93,7 @@ def compare(
         takes_part=amplitude[outside],
         deflection=largest_deflection(problem, problem.start),
         multiplier=stability.largest(point.orbit),
+        multiplier_film=np.nan if full is None else stability.largest(full.named),
         full=full,
         left=search.left,
         near=search.near,

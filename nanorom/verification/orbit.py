@@ -50,6 +50,12 @@ class FullOrbit:
         return np.asarray(orbit_amplitudes(self.modal.coefficients[None])[0])
 
     @property
+    def named(self) -> PeriodicOrbit:
+        """Its projection on all named modes, coefficients (2H + 1, N) in m."""
+        named = self.problem.amplitudes(self.coefficients)
+        return attrs.evolve(self.modal, coefficients=named)
+
+    @property
     def outside_amplitude(self) -> Array:
         """max |q_r| (K,) in m of the modes that the model lacks."""
         return np.asarray(orbit_amplitudes(self.outside.coefficients[None])[0])

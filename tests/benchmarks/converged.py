@@ -58,7 +58,7 @@ END = "end of the branch"
 class Row:
     """A special point by modes, its drive frequency by f01.
 
-    film : of the largest model, and by how much that differs from the one before; nm : of f01.
+    film : of the largest model, and the larger of the last two changes on the way; nm : of f01.
     """
 
     case: str
@@ -167,7 +167,7 @@ def rows(name: str, sizes: Sequence[int]) -> Iterator[Row]:
             start = time.process_time()
             found = list(located(systems, point, level))
             ratios = [point.omega / unit, *(each.omega / unit for each in found)]
-            bar = f"{ratios[-1]:.4f} ± {abs(ratios[-1] - ratios[-2]):.4f}" if found else ""
+            bar = f"{ratios[-1]:.4f} ± {np.abs(np.diff(ratios))[-2:].max():.4f}" if found else ""
             lost = "" if len(found) == len(sizes) else f"lost with {sizes[len(found)]}"
             if found and found[-1].unstable:
                 lost = (lost + " unstable before").strip()
