@@ -21,7 +21,8 @@ class Model:
     by its tension alone, and nothing turns at a rotational spring; lowest_degree: of the deflection
     on a mesh; springs: an edge may be elastic; planar: what is in its plane is known apart: tension
     along xy, supports of the displacement there, a film that nothing holds; shallow: slopes of the
-    deflection are small; larger: a model of more modes can be had beside one, at no great cost.
+    deflection are small; thin: the film is, beside its width; larger: a model of more modes can be
+    had beside one, at no great cost.
     """
 
     bends: bool | None
@@ -29,6 +30,7 @@ class Model:
     springs: bool = True
     planar: bool = True
     shallow: bool = True
+    thin: bool = True
     larger: bool = True
 
 
@@ -38,7 +40,9 @@ MODELS = {
     "plate": Model(bends=True, lowest_degree=2),
     "shell": Model(bends=True, springs=False, planar=False, shallow=False, larger=False),
     "beam": Model(bends=True, planar=False),
-    "solid": Model(bends=True, lowest_degree=2, springs=False, planar=False, larger=False),
+    "solid": Model(
+        bends=True, lowest_degree=2, springs=False, planar=False, thin=False, larger=False
+    ),
 }
 
 

@@ -41,7 +41,8 @@ def check(scene: Scene, span: Span) -> None:
     across = span[1] if isinstance(scene.geometry, String) else span[0]
     thickness = scene.plate.thickness
     scale = ", geometry.scale" if scene.geometry.shape == "mesh" else ""
-    if thickness > THICKEST * across:
+    thin = scene.plate.rules.thin
+    if thin and thickness > THICKEST * across:
         raise SceneError(
             f"plate.thickness: found {thickness:g} m on a film of {across:g} m; allowed: less than "
             f"{THICKEST:g} of that, and a tenth is thick; check the units of both{scale}"
@@ -77,7 +78,7 @@ def notes(scene: Scene, span: Span) -> list[str]:
     material, thickness = scene.material, scene.plate.thickness
     across, along = (span[1],) * 2 if isinstance(scene.geometry, String) else span
     found = []
-    if thickness > THICK * across:
+    if scene.plate.rules.thin and thickness > THICK * across:
         found.append(
             f"plate.thickness: {thickness:g} m is {thickness / across:.2g} of the film's width; "
             "transverse shear, which is left out, matters from a tenth on"

@@ -1,6 +1,7 @@
 """What a plan skips makes no difference; what is in doubt is computed."""
 
 import random
+import re
 
 import attrs
 import numpy as np
@@ -213,6 +214,19 @@ def test_plan_says_what_is_skipped_and_why():
     assert not items["three quarters of the film"].computed
     assert all(item.why for item in items.values() if not item.computed)
     assert "degrees of freedom" in route.cost(plan)
+
+
+def test_what_a_plan_costs_counts_its_static_state():
+    flat = rectangle()
+    relaxed = rectangle(support=Support({"top": "free", "default": "clamped"}))
+    loaded = rectangle(load=Load(pressure="1 kPa"))
+    whole = rectangle(support=LOPSIDED)
+    seconds = [
+        float(re.search(r"about ([\d.]+) s on", route_of(scene).cost(Plan.of(scene)))[1])
+        for scene in (flat, whole, relaxed, loaded)
+    ]
+    assert seconds == sorted(seconds)
+    assert seconds[-1] > 3 * seconds[0]
 
 
 @pytest.mark.parametrize(

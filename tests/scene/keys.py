@@ -8,6 +8,7 @@ from pathlib import Path
 
 import attrs
 
+from nanorom.scene.cavity import Cavity
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Plate, Tension
@@ -46,6 +47,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "damping": Damping,
     "drive": Drive,
     "drive, harmonics": Harmonic,
+    "drive, cavity": Cavity,
     "sweep": Sweep,
     "readout": Instrument,
     "spread": Spreads,

@@ -129,7 +129,7 @@ def _vertices(
     if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
         raise MeshError(
             "the mesh is not flat: its z coordinates vary; give a mesh in z = 0, or take "
-            "plate.model = shell"
+            "plate.model = shell, or solid for volumes"
         )
     return number, np.ascontiguousarray(points[:, :2])
 

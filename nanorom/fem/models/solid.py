@@ -89,6 +89,13 @@ class Solid:
         test = ufl.TestFunction(self.space)[axis]
         return algebra.assemble_vector(compat.form(test * self._dx(self.degree)))[self.free.local]
 
+    def pull(self, stress: Sequence[float]) -> np.ndarray:
+        """int N:grad w (n,) of a uniform stress along x, y and z. Collective."""
+        test = ufl.TestFunction(self.space)
+        along = fem.Constant(self.domain.mesh, np.array(stress))
+        form = ufl.inner(ufl.diag(along), ufl.grad(test)) * self._dx(self.degree)
+        return algebra.assemble_vector(compat.form(form))[self.free.local]
+
     def _dx(self, degree: int) -> Any:
         curved = 0 if self._straight else 2
         return ufl.dx(self.domain.mesh, metadata={"quadrature_degree": degree + curved})

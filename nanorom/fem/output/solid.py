@@ -19,6 +19,7 @@ from nanorom.fem.mesh.tetrahedra import LOWER, UPPER
 from nanorom.fem.modes.solid import SolidModes
 from nanorom.fem.output import drawing
 from nanorom.fem.solvers import compat
+from nanorom.fem.tensors.solid import stiffening
 from nanorom.rom.patterns import DrawnWork, ModalWork
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.patterns.pattern import Absent, Areal
@@ -92,11 +93,16 @@ class SolidWork(ModalWork):
         return -acceleration * self.density * self.length**3 * momentum
 
     def stretch(self, tension: float = 1.0) -> Array:
-        """P (L, L) in N/m of a change of tension in N/m; raises Absent where none can be borne."""
-        if not self.along:
-            raise Absent("drive: a tension between faces that are not both held is not borne")
-        slopes = self.modes.solid.slopes(self.modes.shapes, self.along)
-        return -tension / self.thickness * self.length * slopes
+        """P (L, L) in N/m of a change of tension in N/m.
+
+        Of what its supports do not bear, and in the volumes of a file of a stress in every
+        direction, tension by thickness, that is left which does not relax.
+        """
+        if self.along:
+            added = self.modes.solid.slopes(self.modes.shapes, self.along)
+        else:
+            added = stiffening(self.modes, (1.0, 1.0, 1.0))
+        return -tension / self.thickness * self.length * added
 
     def _faces(self, name: str, degree: int) -> tuple[Faces, Array]:
         solid = self.modes.solid

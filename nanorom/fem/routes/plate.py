@@ -42,10 +42,11 @@ from nanorom.scene.scene import Scene
 
 THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
 REFINEMENT = Refinement(most=5, finer=0.3, told="estimated error")
-# measured on drums, one core of 2020: s, and s per degree of freedom, also per pair of modes and
-# per load case
-SECONDS_FIXED, SECONDS_PER_DOF = 0.03, 1.3e-4
+# measured, one core of 2020: s, and s per degree of freedom, also per pair of modes and load case
+SECONDS_FIXED, SECONDS_PER_DOF = 0.1, 2.5e-4  # drums and rectangles that mirrors cut
+SECONDS_WHOLE = 5e-4  # perforated drums of 2.6e4 to 5e4, whose factors fill more
 SECONDS_PER_PAIR, SECONDS_PER_CASE = 7e-7, 1.8e-6
+SECONDS_RELAXED, SECONDS_LOADED = 2.5e-4, 3e-3  # more where a static state is found first
 BYTES_PER_DOF = 3e3  # per degree of the deflection: peak of a group with factors, rounded up
 SHARE = 0.5  # of the free memory that a default may fill
 
@@ -287,10 +288,14 @@ class PlateRoute(Route):
             per_column = SECONDS_PER_PAIR
         elif self.method(scene) == "tangent":
             columns *= len(scene.modes.numbers)
-        seconds = SECONDS_FIXED + SECONDS_PER_DOF * dofs + per_column * columns * dofs
+        per_dof = SECONDS_PER_DOF if chosen.mirrors.axes else SECONDS_WHOLE
+        if plan_text.state_item(plan).computed:
+            per_dof += SECONDS_RELAXED if scene.load is None else SECONDS_LOADED
+        seconds = float(f"{SECONDS_FIXED + (per_dof + per_column * columns) * dofs:.1g}")
         return (
             f"{where}{cells} cells of degree {chosen.degree}, about {dofs} degrees of freedom of "
-            f"the deflection, about {seconds:.1g} s on one core, once the forms are compiled"
+            f"the deflection, about {seconds:g} s on one core, once the forms are compiled; "
+            "several times more if estimated errors ask for finer meshes"
         )
 
     def parts(self, plan: Plan, team: Team, watch: Stopwatch, journal: Journal) -> Parts:

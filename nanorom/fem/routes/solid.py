@@ -5,6 +5,7 @@ The scene's film is made as thick as it is, or the volumes of a mesh file are ta
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import attrs
@@ -271,10 +272,8 @@ def check(scene: Scene) -> None:
                 f"tension.{name}: found {pull:g} N/m across a free face of a solid, which does not "
                 "bear it; allowed: 0"
             )
-    if isinstance(scene.geometry, MeshFile) and scene.support.default == "clamped":
-        named = any(kind == "clamped" for kind in scene.support.named.values())
-        if not named:
-            raise SceneError(
-                "support.edge: found one kind for all faces of a mesh file's solid; allowed: a "
-                'table that names its physical surfaces, such as { ends = "clamped" }'
-            )
+    if isinstance(scene.geometry, MeshFile) and not isinstance(scene.support.edge, Mapping):
+        raise SceneError(
+            f"support.edge: found {scene.support.edge} for all faces of a mesh file's solid; "
+            'allowed: a table that names faces, such as { ends = "clamped" }, or has a default'
+        )

@@ -74,3 +74,25 @@ def condensed(modes: SolidModes) -> SolidTensors:
         tensors.asymmetry(quadratic),
         float((own[slow] / mass[slow]).min()) if slow.any() else np.inf,
     )
+
+
+def stiffening(modes: SolidModes, stress: tuple[float, float, float]) -> np.ndarray:
+    """What a further uniform stress along x, y, z adds to the stiffness (L, L) of modes.
+
+    By its unit; what lies outside the modes relaxes under it, theta = -G int N:eps, and is then
+    pulled too: int N:S(phi_r, phi_s) + 2 phi_r . Q(theta, phi_s).  Collective.
+    """
+    solid, shapes = modes.solid, modes.shapes
+    pull = solid.linear(shapes)
+    stiffness = modes.products(pull)
+    force = solid.pull(stress)[:, None]
+    rest: np.ndarray = force - pull @ np.linalg.solve(stiffness, modes.products(force))
+    factors = algebra.Factorization(solid.stiffness, "nanorom_solid_", "solid's stiffness")
+    relaxed = -factors.solve(rest)
+    factors.reset()
+    found: np.ndarray = 2 * modes.products(
+        solid.quadratic(np.repeat(relaxed, shapes.shape[1], axis=1), shapes)
+    )
+    for axis, value in enumerate(stress):
+        found += value * solid.slopes(shapes, [axis])
+    return 0.5 * (found + found.T)

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from nanorom.errors import MeshError
 from nanorom.fem.fields.faces import Faces
 from nanorom.fem.fields.volume import Volume
-from nanorom.fem.mesh import mesh, tetrahedra
+from nanorom.fem.mesh import mesh, tetrahedra, vetting
+from nanorom.fem.mesh.gmsh import MESHES
 from nanorom.fem.mesh.shapes import Grid, Rings
-from nanorom.fem.mesh.volumes import Thick
+from nanorom.fem.mesh.volumes import SolidFile, Thick
 from nanorom.fem.solvers import compat, partition
 
 ROUNDING = 1e-12
@@ -51,6 +53,59 @@ def test_a_thick_disc_is_a_cylinder():
     straight, curved = (volume_of(mesh.build(MPI.COMM_SELF, source, order)) for order in (1, 4))
     assert curved == pytest.approx(0.1 * np.pi, rel=1e-4)
     assert abs(curved / (0.1 * np.pi) - 1) < 1e-3 * abs(straight / (0.1 * np.pi) - 1)
+
+
+ARCH = {"rise": 0.1, "thickness": 0.05, "width": 0.2, "size": 0.2}
+
+
+def test_an_arch_of_a_file_has_its_volume_and_faces(tmp_path):
+    radius = (0.25 + 0.01) / 0.2
+    volume = 2 * np.arcsin(0.5 / radius) * radius * 0.05 * 0.2
+    straight, curved = (
+        volume_of(mesh.build(MPI.COMM_SELF, SolidFile(MESHES / "arch.geo", ARCH), order))
+        for order in (1, 2)
+    )
+    assert curved == pytest.approx(volume, rel=1e-5)
+    assert abs(straight - volume) > 100 * abs(curved - volume)
+    domain = mesh.build(MPI.COMM_SELF, SolidFile(MESHES / "arch.geo", ARCH), 2)
+    assert set(domain.facets) == {"ends", "lower", "upper", "sides"}
+    outside = np.unique(np.concatenate(list(domain.facets.values())))
+    assert np.array_equal(outside, np.sort(compat.exterior_facets(domain.mesh)))
+
+
+def test_a_mesh_of_volumes_is_read_as_it_stands(tmp_path):
+    file = tmp_path / "two.msh"
+    with vetting.session("two") as gmsh:
+        gmsh.model.occ.addBox(0, 0, 0, 1, 0.5, 0.25)
+        gmsh.model.occ.synchronize()
+        gmsh.model.addPhysicalGroup(3, [1])
+        gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, [1]), "held")
+        gmsh.option.setNumber("Mesh.CharacteristicLengthMax", 0.5)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(3)
+        gmsh.write(str(file))
+    domain = mesh.build(MPI.COMM_SELF, SolidFile(file), 1)
+    assert volume_of(domain) == pytest.approx(0.125, rel=ROUNDING)
+    assert area_vector(domain, "held") == pytest.approx((-0.125, 0, 0), abs=ROUNDING)
+
+
+def test_flat_files_are_made_thick():
+    source = SolidFile(MESHES / "cantilever.geo", {"width": 0.3}, thickness=0.1, layers=2)
+    domain = mesh.build(MPI.COMM_SELF, source)
+    assert volume_of(domain) == pytest.approx(0.03, rel=1e-9)
+    assert set(domain.facets) == {"clamp", "tip", "sides", "lower", "upper"}
+
+
+def test_volumes_of_other_cells_are_refused(tmp_path):
+    file = tmp_path / "bricks.msh"
+    with vetting.session("bricks") as gmsh:
+        gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+        gmsh.model.occ.extrude([(2, 1)], 0, 0, 1, [2], recombine=True)
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.write(str(file))
+    with pytest.raises(MeshError, match="give tetrahedra"):
+        mesh.build(MPI.COMM_SELF, SolidFile(file))
 
 
 def test_rows_of_cells_shrink_to_their_ends():
