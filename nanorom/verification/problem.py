@@ -67,7 +67,7 @@ class Problem:
         """
         try:
             return self.model.corrected(*(start or (self.start, self.rate)), border, NEARER)
-        except NewtonFailure:
+        except NewtonFailure:  # the search goes on from the modal orbit, or with more modes
             return None
 
     def across(self) -> Border:
