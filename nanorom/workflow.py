@@ -179,8 +179,9 @@ def manifold(
     """The invariant manifold of some modes: what all else does, as polynomials of these.
 
     Of a ReducedModel or ModalSystem all other modes follow
-    (`nanorom.rom.manifold.reduced.manifold` has the parameters and errors); of a Scene every degree
-    of freedom of the film, its in-plane inertia included (`nanorom.verification.manifold.manifold`), which needs DOLFINx.
+    (`nanorom.rom.manifold.reduced.manifold` has the parameters and errors).  Of a Scene every
+    degree of freedom of the film does, its in-plane inertia included, which needs DOLFINx
+    (`nanorom.verification.manifold.manifold`).
     """
     from nanorom.rom.manifold import reduced
 

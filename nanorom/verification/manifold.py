@@ -46,8 +46,8 @@ def manifold(
         )
     if scene.damping is not None and scene.damping.material_time:
         raise SceneError(
-            "damping: found a viscoelastic material; manifolds of all degrees of freedom know modal "
-            "damping alone"
+            "damping: found a viscoelastic material; manifolds of all degrees of freedom know "
+            "modal damping alone"
         )
     places = _places(film, masters)
     check_size(len(places), 1, order)

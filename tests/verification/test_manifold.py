@@ -31,9 +31,7 @@ def strip(strain):
             youngs_modulus=1.0 / (strain * thickness), poisson_ratio=0.0, density=DENSITY
         ),
         tension=nanorom.Tension(1.0, 1.0),
-        support=nanorom.Support(
-            {"left": hinge, "right": hinge, "bottom": SLIDING, "top": SLIDING}
-        ),
+        support=nanorom.Support({"left": hinge, "right": hinge, "bottom": SLIDING, "top": SLIDING}),
         modes=nanorom.Modes(count=1),
         damping=nanorom.Damping(1000.0),
         accuracy=nanorom.Accuracy(tolerance=1e-6),
@@ -68,7 +66,7 @@ def test_without_inertia_in_plane_the_force_is_the_condensed_one(sections):
         # what it does to itself is linear, and it hangs on the deflection by the rest
         push = (system.stiffness @ y + system.quadratic(y, y))[n:]
         y[n:] = -splu(inner.tocsc()).solve(push)
-    found = (system.stiffness @ y + system.quadratic(y, y) + system.cubic(y, y, y))
+    found = system.stiffness @ y + system.quadratic(y, y) + system.cubic(y, y, y)
     assert np.abs(found[n:]).max(initial=0.0) < ROUND_OFF * np.abs(found[:n]).max()
     known = discrete.force(classes, parts)[0]
     for place, (parity, part) in enumerate(zip(classes.deflections, parts)):

@@ -13,7 +13,7 @@ Salles, Frangi and Touze 2022, doi:10.1007/s11071-021-06865-1 (direct parametris
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import combinations_with_replacement
 from math import factorial
 
@@ -137,7 +137,8 @@ def _force(
     here = monomials.of(degree)
     found = np.zeros((here.stop - here.start, whole.shape[1]))
     moving = whole.any(axis=1)
-    for count, force in ((2, system.quadratic), (3, system.cubic)):
+    forces: dict[int, Callable[..., Array]] = {2: system.quadratic, 3: system.cubic}
+    for count, force in forces.items():
         factors, ends, weights = _factors(monomials, degree, count, swap, moving)
         for begin in range(0, len(ends), CHUNK):
             part = slice(begin, begin + CHUNK)

@@ -8,6 +8,7 @@ of a few tens of coordinates stands for the film.  Fields are damped as modes ar
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations_with_replacement
 
 import attrs
@@ -128,7 +129,7 @@ def _following(system: FullSystem, shapes: Array, rows: Array) -> tuple[Array, A
     return (fields @ (turned / np.sqrt(masses)))[:, ::-1], 1 / masses[::-1]
 
 
-def _tensor(force: object, vectors: Array, degree: int) -> Array:
+def _tensor(force: Callable[..., Array], vectors: Array, degree: int) -> Array:
     """vectors . force(vectors, ...), (r,) * (degree + 1)."""
     size = vectors.shape[1]
     chosen = np.array(list(combinations_with_replacement(range(size), degree)))
@@ -136,7 +137,7 @@ def _tensor(force: object, vectors: Array, degree: int) -> Array:
     for begin in range(0, len(chosen), CHUNK):
         part = chosen[begin : begin + CHUNK]
         columns = [vectors[:, part[:, k]] for k in range(degree)]
-        found[begin : begin + CHUNK] = (vectors.T @ force(*columns)).T  # type: ignore[operator]
+        found[begin : begin + CHUNK] = (vectors.T @ force(*columns)).T
     places = np.zeros((size,) * degree, dtype=int)
     places[tuple(chosen.T)] = np.arange(len(chosen))
     every = np.sort(np.indices((size,) * degree).reshape(degree, -1), axis=0)

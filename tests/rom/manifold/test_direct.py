@@ -33,8 +33,8 @@ class Turned:
         turn += 4 * np.eye(len(turn))
         a = np.einsum("rjk,ra,jb,kc->abc", system.quadratic, *[turn] * 3, optimize=True)
         b = np.einsum("rjkl,ra,jb,kc,ld->abcd", system.cubic, *[turn] * 4, optimize=True)
-        mass, stiffness = (sp.csr_matrix(turn.T @ m @ turn) for m in (system.mass, system.stiffness))
-        return cls(np.linalg.inv(turn), mass, stiffness, a, b)
+        both = (sp.csr_matrix(turn.T @ m @ turn) for m in (system.mass, system.stiffness))
+        return cls(np.linalg.inv(turn), *both, a, b)
 
     @property
     def size(self):
