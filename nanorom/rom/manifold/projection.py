@@ -17,9 +17,11 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from nanorom.errors import ModelError
+from nanorom.rom.manifold.basis import basis
 from nanorom.rom.manifold.direct import CHUNK, Fields, swapped
 from nanorom.rom.manifold.equations import Equations, displacement_unit
 from nanorom.rom.manifold.full import FullSystem
+from nanorom.rom.tensors import symmetrise
 from nanorom.types import Array
 
 ALIKE = 1e-12  # of squared norms: directions of the fields below are round-off of others
@@ -70,24 +72,32 @@ def project(
 
 
 def in_units(found: Projection, quality: Array, scale: Array, time: float) -> Equations:
-    """Equations in SI units: time in s, scale (r,): m per coordinate of unit mass.
+    """Equations in units of their own: time in s, scale (r,): m per coordinate of unit mass.
 
     quality (r,): quality factors of masters and fields.
     """
+    first, size = float(np.sqrt(found.squares[0])), len(scale)
     unit = 1 / scale
-    rates = np.sqrt(found.squares)
-    size = len(unit)
-    arrays = {
-        "mass": np.diag(unit**2),
-        "damping": np.diag(unit**2 * rates / (quality * time)),
-        "stiffness": np.diag(unit**2 * found.squares / time**2),
-        "quadratic": found.quadratic * np.einsum("i,j,k->ijk", unit, unit, unit) / time**2,
-        "cubic": found.cubic * np.einsum("i,j,k,l->ijkl", unit, unit, unit, unit) / time**2,
-        "cubic_damping": np.zeros((size,) * 4),
-        "direct": np.zeros(size),
-        "parametric": np.zeros((size, size)),
-    }
-    return Equations.of(arrays, float(rates[0] / time), displacement_unit(arrays, 0))
+    share = (scale[0] * unit) ** 2  # of the first one's mass
+    by = (scale[0] / first) ** 2
+    stiffness = np.diag(share * found.squares / first**2)
+    damping = np.diag(share * np.sqrt(found.squares) / (first * quality))
+    quadratic = by * found.quadratic * np.einsum("i,j,k->ijk", unit, unit, unit)
+    cubic = by * found.cubic * np.einsum("i,j,k,l->ijkl", unit, unit, unit, unit)
+    amplitude = displacement_unit(stiffness, quadratic, cubic, 0)
+    return Equations(
+        first / time,
+        amplitude,
+        basis(np.diag(share), damping, stiffness),
+        mass=np.diag(share),
+        damping=damping,
+        stiffness=stiffness,
+        quadratic=quadratic * amplitude,
+        cubic=symmetrise(cubic * amplitude**2),
+        cubic_damping=np.zeros((size,) * 4),
+        direct=np.zeros(size),
+        parametric=np.zeros((size, size)),
+    )
 
 
 def near(system: FullSystem, start: Array, squares: Array) -> tuple[Array, Array]:
