@@ -5,18 +5,17 @@ The scene's film is made as thick as it is, or the volumes of a mesh file are ta
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import attrs
 import numpy as np
 
-from nanorom.errors import SceneError
 from nanorom.fem import plan_text
 from nanorom.fem.mesh import thick
 from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.models import build_solid
-from nanorom.fem.models.solid import HIGHEST_DEGREE, LOWEST_DEGREE, Solid
+from nanorom.fem.models.solid import LOWEST_DEGREE, Solid
+from nanorom.fem.modes import eigen
 from nanorom.fem.modes import solid as solids
 from nanorom.fem.modes.solid import SolidModes
 from nanorom.fem.output import losses
@@ -24,6 +23,7 @@ from nanorom.fem.output.model import Parts
 from nanorom.fem.output.solid import SolidWork, drawn
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
+from nanorom.fem.routes import solid_check
 from nanorom.fem.routes.route import Route
 from nanorom.fem.routes.tolerance import Refinement, can_refine, solved_to_tolerance
 from nanorom.fem.solvers import compat
@@ -34,12 +34,10 @@ from nanorom.fem.tensors.solid import SolidTensors, condensed
 from nanorom.files.partial import Journal
 from nanorom.rom.patterns import reduced
 from nanorom.scene import plausibility
-from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 
 REFINEMENT = Refinement(4, 0.5, "the estimated error is")
 COARSER = 4.0  # in aim: cells at edges, on which the error depends, are twice as long
-INCOMPRESSIBLE = 0.49  # Poisson's ratio beyond which displacements alone lock
 
 
 @attrs.frozen(eq=False)
@@ -67,7 +65,7 @@ class SolidRoute(Route):
     def check(self, scene: Scene) -> None:
         """Raise SceneError for what a solid cannot be asked."""
         super().check(scene)
-        check(scene)
+        solid_check.check(scene)
 
     def method(self, scene: Scene) -> str:
         """The force of a solid is cubic: what lies outside the modes is condensed exactly."""
@@ -82,7 +80,6 @@ class SolidRoute(Route):
         """Modes and tensors of the whole solid."""
         return [
             Item("pre-stress", False, "a uniform stress is in equilibrium with the held faces"),
-            plan_text.bending_item(plan),
             plan_text.mirror_item(Mirrors()),
             plan_text.modes_item(plan),
             *plan_text.tensor_items(plan, "direct", self.load_cases(plan), flat=False),
@@ -204,10 +201,21 @@ def solve(team: Team, plan: Plan, aim: float | None, watch: Stopwatch) -> Soluti
     rough_modes, rough = _solved(team, scene, beside, watch)
     modes, tensors = _solved(team, scene, chosen, watch)
     frequency = np.abs(rough_modes.eigenvalues / modes.eigenvalues - 1).max() / 2
-    # the sign of a shape is not the same where two places are equal but for an error
-    change = np.abs(np.abs(rough.cubic) - np.abs(tensors.cubic)).max() / np.abs(tensors.cubic).max()
+    groups = eigen.clusters(modes.eigenvalues, solids.PAIR)
+    coarse, fine = (_shares(each.cubic, groups) for each in (rough, tensors))
+    change = np.abs(coarse - fine).max() / np.abs(fine).max()
     errors = team.across.bcast((float(frequency), float(change)))
     return Solution(modes, tensors, errors)
+
+
+def _shares(cubic: np.ndarray, groups: list[np.ndarray]) -> np.ndarray:
+    """Means of B_iijj over modes i and j of two groups of like frequency, for all groups.
+
+    They do not depend on the signs of shapes, nor on how pairs are turned, which a coarse mesh
+    knows to some degrees only.
+    """
+    own = np.einsum("iijj->ij", cubic)
+    return np.array([[own[np.ix_(a, b)].mean() for b in groups] for a in groups])
 
 
 def _solved(
@@ -225,55 +233,3 @@ def _solved(
         tensors = condensed(modes)
     compat.free_memory(team.within)
     return modes, tensors
-
-
-def check(scene: Scene) -> None:
-    """Raise SceneError for what a solid does not know."""
-    only = "allowed with another plate.model than solid"
-    given = {
-        "load": scene.load is not None,
-        "plate.initial_shape": scene.plate.initial_shape is not None,
-        "region": bool(scene.regions),
-        "gas": scene.gas is not None,
-        "material.expansion": scene.material.thermal,
-        "damping.material_time": scene.damping is not None and scene.damping.material_time > 0,
-    }
-    for key, found in given.items():
-        if found:
-            raise SceneError(f"{key}: found beside plate.model = solid; {only}")
-    for side, kind in scene.supports.items():
-        if kind not in ("clamped", "free"):
-            raise SceneError(
-                f"support.{side}: found {kind} for the face of a solid; allowed: clamped | free"
-            )
-    reduction = scene.reduction
-    for key, allowed in (("method", "direct"), ("in_plane", "free"), ("outside", "static")):
-        value = getattr(reduction, key)
-        if value != allowed:
-            raise SceneError(
-                f"reduction.{key}: found {value} beside plate.model = solid; allowed: {allowed}"
-            )
-    degree = scene.accuracy.degree
-    if degree is not None and degree > HIGHEST_DEGREE:
-        raise SceneError(
-            f"accuracy.degree: found {degree}; allowed: {LOWEST_DEGREE} to {HIGHEST_DEGREE} for a "
-            "solid"
-        )
-    if scene.material.poisson_ratio > INCOMPRESSIBLE:
-        raise SceneError(
-            f"material.poisson_ratio: found {scene.material.poisson_ratio:g}; allowed: up to "
-            f"{INCOMPRESSIBLE:g} for a solid, which locks beyond"
-        )
-    along = build_solid.stretched(scene)
-    for axis, name in enumerate(("x", "y")):
-        pull = getattr(scene.tension, name)
-        if pull and axis not in along:
-            raise SceneError(
-                f"tension.{name}: found {pull:g} N/m across a free face of a solid, which does not "
-                "bear it; allowed: 0"
-            )
-    if isinstance(scene.geometry, MeshFile) and not isinstance(scene.support.edge, Mapping):
-        raise SceneError(
-            f"support.edge: found {scene.support.edge} for all faces of a mesh file's solid; "
-            'allowed: a table that names faces, such as { ends = "clamped" }, or has a default'
-        )
