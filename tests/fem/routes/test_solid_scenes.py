@@ -246,3 +246,24 @@ def test_turned_pairs_do_not_count_as_errors():
     assert model.diagnostics["error_tensor"] < 0.05
     pair = model.cubic[1, 1, 1, 1], 3 * model.cubic[1, 1, 2, 2]  # of a circle's two directions
     assert pair[0] == pytest.approx(pair[1], rel=0.01)
+
+
+def test_a_mode_whose_companion_is_near_twice_its_frequency_is_told_of():
+    """An arch's third mode answers the square of its first; risen, it comes near twice that."""
+    sizes = {"rise": 0.02, "thickness": 0.01, "width": 0.03, "size": 0.06}
+    scene = Scene(
+        geometry=MeshFile(MESHES / "arch.geo", scale=1e-3, parameters=sizes),
+        plate=Plate(1e-5, "solid"),
+        material=Material(160e9, 0.0, 2320.0),
+        support=Support({"ends": "clamped"}),
+        modes=Modes(count=1),
+        accuracy=Accuracy(tolerance=1e-2),
+    )
+    flat = {**sizes, "rise": 2e-3}
+    told = [
+        reduce_scene(attrs.evolve(scene, geometry=attrs.evolve(scene.geometry, parameters=each)))
+        for each in (sizes, flat)
+    ]
+    risen, straight = (model.diagnostics["outside_dynamics"][0] for model in told)
+    assert straight < 0.01
+    assert risen > 4 * straight
