@@ -184,7 +184,8 @@ def verify(
     ``response`` or its file; left out, the scene is reduced and followed first.  ``level`` counts
     from 1, all if left out; ``points`` orbits of each are solved for, or with ``solve=False``
     estimated only.  ``more`` modes beyond the model's highest lead from its orbits to the film's,
-    and are told apart: as many as it has, from 8 to 20, if left out; strong motions want more.
+    and are told apart: as many as it has, from 8 to 20, if left out, and where these do not lead to
+    an orbit, three times as many modes.
     With a path the table is saved there.  Under MPI the ranks share the orbits, and every rank gets
     the same table.  Raises NanoromError if DOLFINx is not installed, SceneError if the response is
     not of the scene, FileError if a file cannot be read or written.

@@ -98,7 +98,7 @@ def _verify(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--more",
         help="modes beyond the model's highest that lead to the film's orbits and are told apart "
-        "(as many as it has, from 8 to 20); strong motions want more",
+        "(as many as it has, from 8 to 20, and three times as many modes where these do not)",
     )
     parser.add_argument(
         "--estimate", action="store_true", help="estimate errors alone, solve for no orbit"

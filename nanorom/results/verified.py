@@ -108,6 +108,26 @@ class Verified:
             "n", "", "residual, by the drive, at which the search ended in vain", finite=False
         ),
     )
+    named: Array | None = attrs.field(
+        default=None,
+        converter=as_optional,
+        metadata=array("n", "", "modes, the model's among them, that led to the film's orbit"),
+    )
+    multiplier_model: Array | None = attrs.field(
+        default=None,
+        converter=as_optional,
+        metadata=array("n", "", "largest modulus of a Floquet multiplier in the model"),
+    )
+    multiplier_film: Array | None = attrs.field(
+        default=None,
+        converter=as_optional,
+        metadata=array(
+            "n",
+            "",
+            "the same of the film's orbit, all modes that led to it being free to grow",
+            finite=False,
+        ),
+    )
 
     def __attrs_post_init__(self) -> None:
         schema.check(self)
@@ -159,12 +179,12 @@ class Verified:
     def rows(self) -> list[tuple[str, ...]]:
         """The table for people: names of the columns, their units, and a row for each orbit."""
         head = ("level", "branch", "type", "frequency", "mode", "model", "film", "error")
-        more = ("estimate", "residual", "outside the model")
+        more = ("estimate", "multiplier", "in the film", "residual", "outside the model")
         places = np.arange(len(self)), self.largest
         frequency, hertz = tabulated(self.omega / (2 * np.pi), "Hz", 8)
         amplitudes, metre = tabulated([self.modal[places], self.full[places]], "m")
         modal, full = amplitudes[: len(self)], amplitudes[len(self) :]
-        units = ("", "", "", hertz, "", metre, metre, "", "", "by drive", "")
+        units = ("", "", "", hertz, "", metre, metre, "", "", "", "", "by drive", "")
         found: list[tuple[str, ...]] = [head + more, units]
         for row in range(len(self)):
             mode = self.largest[row]
@@ -185,6 +205,7 @@ class Verified:
                     full[row],
                     _number(error, "+.1e") + ("*" if turns(self.type[row]) else ""),
                     _number(estimate, ".1e"),
+                    *(_number(column[row], ".4f") for column in self._multipliers()),
                     _number(self.residual[row], ".0e"),
                     ", ".join(names) or "-",
                 )
@@ -207,6 +228,10 @@ class Verified:
         if len(errors):
             worst = f"median {np.median(errors):.1e}, largest {errors.max():.1e}"
             lines.append(f"error of the largest amplitude: {worst}")
+        named = np.empty(0) if self.named is None else self.named[self.solved]
+        for count in sorted(set(named) - {min(named, default=0)}):
+            lines.append(f"{int((named == count).sum())} of them by way of {count:.0f} modes")
+        lines += self._stability()
         left = np.empty(0) if self.left is None else self.left[np.isfinite(self.left)]
         if len(left):
             ends = f"{left.min():.0e} to {left.max():.0e}" if len(left) > 1 else f"{left[0]:.0e}"
@@ -215,6 +240,21 @@ class Verified:
         if len(unsure):
             lines.append(f"{len(unsure)} without any estimate")
         return lines
+
+    def _multipliers(self) -> tuple[Array, Array]:
+        """(n,) largest moduli in the model and in the film, NaN where they are not known."""
+        unknown = np.full(len(self), np.nan)
+        model, film = self.multiplier_model, self.multiplier_film
+        return (unknown if model is None else model), (unknown if film is None else film)
+
+    def _stability(self) -> list[str]:
+        """Which orbits are stable in the model or in the film alone."""
+        model, film = (np.nan_to_num(column, nan=np.inf) <= 1 for column in self._multipliers())
+        counts = int((self.solved & model & ~film).sum()), int((self.solved & film & ~model).sum())
+        where = ("model", "film")
+        return [
+            f"{count} stable in the {name} alone" for count, name in zip(counts, where) if count
+        ]
 
 
 def _number(value: float, form: str) -> str:

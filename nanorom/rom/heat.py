@@ -4,7 +4,10 @@
 
 The temperature above that of the frame is sum_s T_s psi_s(x), psi_s the modes of heat conduction
 with |psi_s| <= 1; expansion against the frame takes tension out of the film (k), and pushes one
-that is not flat (f).
+that is not flat (f).  Where a cavity makes what is absorbed depend on the deflection w, by a factor
+1 + a w + b w^2/2 of what it is at rest, the mean power feeds them by the motion, too:
+
+    T_s' = ... + P0 (a sum_j g_sj q_j + b/2 sum_jk h_sjk q_j q_k)
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ import attrs
 import numpy as np
 
 from nanorom.files.schema import array
-from nanorom.rom.arrays import as_array
+from nanorom.rom.arrays import as_array, as_optional
 from nanorom.types import Array
 
 STEPS, SETTLED = 50, 1e-13  # of Newton's method for the heated state; relative
@@ -35,6 +38,16 @@ class Heat:
     )
     force: Array = attrs.field(
         converter=as_array, metadata=array("L, S", "N/K", "f: how they push the modes")
+    )
+    feed_by_mode: Array | None = attrs.field(
+        default=None,
+        converter=as_optional,
+        metadata=array("S, L", "K/J", "g: as feed, of light weighed with each mode"),
+    )
+    feed_by_pair: Array | None = attrs.field(
+        default=None,
+        converter=as_optional,
+        metadata=array("S, L, L", "K/J", "h: as feed, of light weighed with products of modes"),
     )
 
     def temperature(self, power: float) -> Array:

@@ -149,7 +149,7 @@ def driven(model: ReducedModel, drive: Drive, damped: bool = True) -> ModalSyste
         direct=np.zeros_like(system.direct),
         parametric=np.zeros_like(system.parametric),
         drives=terms,
-        states=_states(model) if drive.laser is not None else None,
+        states=_states(model, drive) if drive.laser is not None else None,
         damped=damped,
     )
 
@@ -188,12 +188,25 @@ def _warmed(model: ReducedModel, drive: Drive) -> ReducedModel:
     return attrs.evolve(model, stiffness=stiffness, quadratic=quadratic)
 
 
-def _states(model: ReducedModel) -> FirstOrder:
+def _states(model: ReducedModel, drive: Drive) -> FirstOrder:
+    """Heat as states, fed by the motion in a cavity; raises ModelError if that is not known."""
     from nanorom.continuation import FirstOrder
 
     heat = model.heat
     assert heat is not None
-    return FirstOrder(heat.rate, force=heat.force, stiffness=heat.stiffness)
+    fed = {}
+    if drive.cavity is not None:
+        if heat.feed_by_mode is None or heat.feed_by_pair is None:
+            raise ModelError(
+                "drive.cavity: the model does not know what its modes do to the light; reduce its "
+                "scene again"
+            )
+        slope, curvature = (float(drive.power) * slope for slope in drive.cavity.slopes)
+        fed = {
+            "displacement": slope * heat.feed_by_mode,
+            "squares": curvature / 2 * heat.feed_by_pair,
+        }
+    return FirstOrder(heat.rate, force=heat.force, stiffness=heat.stiffness, **fed)
 
 
 def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:

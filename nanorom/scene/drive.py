@@ -200,16 +200,17 @@ class Drive:
         return next((name for name in SOURCES if getattr(self, name) is not None), None)
 
     def _check_keys(self) -> None:
-        """Keys are given where one of the two patterns needs them, and nowhere else."""
+        """Keys are given where a pattern needs them, and nowhere where none has them."""
         chosen: tuple[tuple[str, Mapping[str, type[Pattern]], type[Pattern]], ...] = (
             ("direct_pattern", DIRECT, DIRECT[self.direct_pattern]),
             ("parametric_pattern", PARAMETRIC, PARAMETRIC[self.parametric_pattern]),
         )
         for name in KEYS:
-            needed = [f'{key} = "{kind.name}"' for key, _, kind in chosen if name in kind.keys()]
+            needed = [f'{key} = "{kind.name}"' for key, _, kind in chosen if name in kind.needs()]
             if needed and getattr(self, name) is None:
                 raise SceneError(f"drive.{name}: missing with {needed[0]}")
-            if not needed and getattr(self, name) is not None:
+            used = any(name in kind.keys() for _, _, kind in chosen)
+            if not used and getattr(self, name) is not None:
                 found = [
                     f'{key} = "{kind.name}"'
                     for key, table, kind in chosen

@@ -25,6 +25,10 @@ Check = Callable[[Scene], None]
 Assemble = Callable[[Scene, int, float | None], Film]
 
 LEAST_MORE, MOST_MORE = 8, 20  # named modes beyond the model's highest: as many as it has, within
+WIDER = 3  # times as many named modes, where these do not lead to an orbit: a search that they are
+# too few for costs as much as one that finds
+WIDEST = 72  # named modes, of themselves: their cubic tensors have L^4 entries, 200 MB each
+WORTH = 1.5  # times as many named modes at least: fewer lead where those before did
 
 FILMS: dict[type[Route], tuple[Check, Assemble]] = {
     PlateRoute: (plate.check, plate.assemble),
@@ -57,10 +61,25 @@ def assemble(scene: Scene, more: int | None = None, tolerance: float | None = No
     tolerance : of the mesh.  Raises SceneError for what is no film, SolverError as `reduce` does.
     """
     check(scene)
-    room = max(0, MOST_MODES - scene.modes.highest)
     if more is None:
-        more = min(int(np.clip(scene.modes.highest, LEAST_MORE, MOST_MORE)), room)
+        more = rungs(scene)[0]
+    room = _room(scene)
     if not 0 <= more <= room:
         raise SceneError(f"more: found {more} modes beyond the model's; allowed: 0 to {room}")
     _, made = FILMS[type(route_of(scene))]
     return made(scene, more, tolerance)
+
+
+def rungs(scene: Scene) -> list[int]:
+    """How many named modes more than the model has are to be tried, the next where some fail."""
+    own = scene.modes.highest
+    named = own + min(int(np.clip(own, LEAST_MORE, MOST_MORE)), _room(scene))
+    found = [named - own]
+    while (wider := min(WIDER * named, WIDEST)) >= WORTH * named:
+        named = wider
+        found.append(named - own)
+    return found
+
+
+def _room(scene: Scene) -> int:
+    return max(0, MOST_MODES - scene.modes.highest)

@@ -147,6 +147,14 @@ class Film(ABC):
         mass = self.modal["mass"] / (self.units.stiffness * self.units.time**2) / self.copies
         return np.asarray(self.units.deflection / np.sqrt(mass))
 
+    def all_named(self, coefficients: Array) -> Array:
+        """Coefficients (m, N) of all named modes, of (m, L) of the model's or of all."""
+        if coefficients.shape[1] != len(self.inside):
+            return coefficients
+        found = np.zeros((len(coefficients), len(self.parities)))
+        found[:, self.inside] = coefficients
+        return found
+
     def of_class(self, parity: Parity) -> np.ndarray:
         """Places (k,) of the named modes of a class."""
         return np.array([i for i, p in enumerate(self.parities) if p == parity], dtype=int)

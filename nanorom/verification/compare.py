@@ -14,7 +14,7 @@ import numpy as np
 
 from nanorom.continuation.diagrams.selection import Chosen
 from nanorom.continuation.orbits.bifurcations import turns
-from nanorom.continuation.orbits.orbit import orbit_amplitudes
+from nanorom.continuation.orbits.orbit import PeriodicOrbit, orbit_amplitudes
 from nanorom.types import Array
 from nanorom.verification.driven import DrivenFilm
 from nanorom.verification.newton import NoOrbitError, correct, first_correction
@@ -32,8 +32,11 @@ class Comparison:
 
     modal_residual : of the film's equations by the drive; estimate, estimate_omega: relative, of
     the largest amplitude and of the frequency; takes_part (K,) in m; deflection in m, of the model;
+    multiplier, multiplier_film : largest modulus of a Floquet multiplier of the modal orbit, and of
+    the film's own, all named modes being among those that may grow;
     left : the residual, by the drive, at which the search for the film's orbit ended in vain, NaN
-    where it was found or not looked for.
+    where it was found or not looked for.  near : the orbit of all named modes next to the modal
+    one, (2H + 1, N) in m; None where there is none, or where the film's was found.
     """
 
     point: Chosen
@@ -43,8 +46,10 @@ class Comparison:
     takes_part: Array
     deflection: float
     multiplier: float
+    multiplier_film: float
     full: FullOrbit | None
     left: float
+    near: PeriodicOrbit | None
 
     @property
     def error(self) -> float:
@@ -55,14 +60,27 @@ class Comparison:
         return float(self.point.amplitude[mode] / self.full.amplitude[mode] - 1)
 
 
-def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool) -> Comparison:
-    """Estimate what a modal orbit is wrong by and, with ``solve``, find the film's orbit."""
+def compare(
+    driven: DrivenFilm,
+    stability: Stability,
+    point: Chosen,
+    solve: bool,
+    near: PeriodicOrbit | None = None,
+    patient: bool = True,
+) -> Comparison:
+    """Estimate what a modal orbit is wrong by and, with ``solve``, find the film's orbit.
+
+    near : orbit (2H + 1, N) in m of all named modes from where to look for it, rather than from
+    the modal one.  patient : look for it as long as there is hope; without it, only next to an
+    orbit of all named modes, and while few directions solve for a correction.
+    """
     film, problem = driven.film, pose(driven, point.orbit)
     fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
     across = problem.across()
     borders = [across] if turns(point.type) else [fixed, across]
-    full, border, left = _solved(problem, borders) if solve else (None, borders[0], np.nan)
-    first = first_correction(problem.model, problem.start, problem.rate, border)
+    search = _solved(problem, borders, near, patient) if solve else _Search(None, borders[0])
+    full = search.full
+    first = first_correction(problem.model, problem.start, problem.rate, search.border)
     corrected = problem.amplitudes(problem.start + first.change)
     amplitude = orbit_amplitudes(corrected[None])[0]
     mode = film.inside[int(point.amplitude.argmax())]
@@ -75,23 +93,49 @@ def compare(driven: DrivenFilm, stability: Stability, point: Chosen, solve: bool
         takes_part=amplitude[outside],
         deflection=largest_deflection(problem, problem.start),
         multiplier=stability.largest(point.orbit),
+        multiplier_film=np.nan if full is None else stability.largest(full.named),
         full=full,
-        left=left,
+        left=search.left,
+        near=search.near,
     )
 
 
-def _solved(problem: Problem, borders: list[Border]) -> tuple[FullOrbit | None, Border, float]:
+@attrs.frozen(eq=False)
+class _Search:
+    """The film's orbit or None, and the border on which it is, for the estimate to be on the same.
+
+    left, near : as in `Comparison`.
+    """
+
+    full: FullOrbit | None
+    border: Border
+    left: float = np.nan
+    near: PeriodicOrbit | None = None
+
+
+def _solved(
+    problem: Problem, borders: list[Border], near: PeriodicOrbit | None, patient: bool
+) -> _Search:
     """The film's orbit at the same frequency, or else across the branch, or none.
 
-    With it the border on which it is, for the estimate to be on the same, and the smallest residual
-    at which the search ended where there is none, else NaN.
+    Where all named modes have an orbit the film is likely to have one: there it is looked for
+    first.
     """
+    modal = problem.start, problem.rate
+    start = modal if near is None else problem.placed(near)
+    found = [(border, problem.nearer(border, start)) for border in borders]
+    likely = [(border, each) for border, each in found if each is not None]
+    others = [(border, modal) for border, each in found if each is None] if patient else []
     left = np.inf
-    for border in borders:
+    for border, (x, rate) in likely + others:
         try:
-            found = correct(problem.model, *problem.nearer(border), border, VERIFIED)
+            orbit = correct(problem.model, x, rate, border, VERIFIED, patient)
         except NoOrbitError as error:
             left = min(left, error.residual)
         else:
-            return told(problem, found), border, np.nan
-    return None, borders[0], left
+            return _Search(told(problem, orbit), border)
+    if likely:
+        x, rate = likely[0][1]
+        p = problem.equations.period_multiple
+        near = PeriodicOrbit(problem.amplitudes(x), problem.omega(rate), p)
+    return _Search(None, borders[0], left, near)

@@ -82,11 +82,18 @@ class NoOrbitError(SolverError):
 
 
 def correct(
-    model: Model, x: Array, rate: float, border: Border, tolerance: float = SOLVED
+    model: Model,
+    x: Array,
+    rate: float,
+    border: Border,
+    tolerance: float = SOLVED,
+    patient: bool = True,
 ) -> Corrected:
     """The film's orbit near coefficients (n, 2H + 1) and a rate, on a border's hyperplane.
 
-    Raises NoOrbitError where Newton's method gets neither to the tolerance nor to `ACCEPTED`.
+    patient : goes on though `MOST_DIRECTIONS` did not solve for a correction; without it the search
+    ends there.  Raises NoOrbitError where Newton's method gets neither to the tolerance nor to
+    `ACCEPTED`.
     """
     equations = model.equations
     residual, state = equations.residual(x, rate)
@@ -106,6 +113,8 @@ def correct(
         if used > MANY:
             preconditioner = None
         evaluations += used
+        if used == MOST_DIRECTIONS and not patient:
+            break
         share = 1.0
         for _ in range(MOST_HALVINGS + 1):
             tried = x + share * change, rate + share * by_rate

@@ -50,6 +50,12 @@ class FullOrbit:
         return np.asarray(orbit_amplitudes(self.modal.coefficients[None])[0])
 
     @property
+    def named(self) -> PeriodicOrbit:
+        """Its projection on all named modes, coefficients (2H + 1, N) in m."""
+        named = self.problem.amplitudes(self.coefficients)
+        return attrs.evolve(self.modal, coefficients=named)
+
+    @property
     def outside_amplitude(self) -> Array:
         """max |q_r| (K,) in m of the modes that the model lacks."""
         return np.asarray(orbit_amplitudes(self.outside.coefficients[None])[0])
@@ -88,7 +94,7 @@ def full_orbit(
     film = film or assemble(scene, more)
     problem = pose(DrivenFilm(film, patterns, direct, parametric), orbit)
     border = Border.fixed(orbit.harmonics, problem.model.size)
-    start = problem.nearer(border)
+    start = problem.nearer(border) or (problem.start, problem.rate)
     return told(problem, correct(problem.model, *start, border, tolerance))
 
 

@@ -51,15 +51,24 @@ class Problem:
         """Drive frequency in rad/s."""
         return rate * self.equations.period_multiple / self.film.units.time
 
-    def nearer(self, border: Border) -> tuple[Array, float]:
-        """Coefficients and rate of the orbit of all named modes next to the start, if there is one.
+    def placed(self, orbit: PeriodicOrbit) -> tuple[Array, float]:
+        """Coefficients and rate of an orbit of the model's modes, or of all named ones."""
+        amplitudes = self.film.all_named(orbit.coefficients)[:, self.active]
+        rate = orbit.omega / orbit.period_multiple * self.film.units.time
+        return self.model.expand((amplitudes / self.film.scale[self.active]).T), rate
+
+    def nearer(
+        self, border: Border, start: tuple[Array, float] | None = None
+    ) -> tuple[Array, float] | None:
+        """Coefficients and rate of the orbit of all named modes next to a start, None without one.
 
         It is the film's but for what is beyond these modes, at the price of one preconditioner.
+        start : the modal orbit, if left out.
         """
         try:
-            return self.model.corrected(self.start, self.rate, border, NEARER)
-        except NewtonFailure:  # the model's own orbit will do, if at more steps
-            return self.start, self.rate
+            return self.model.corrected(*(start or (self.start, self.rate)), border, NEARER)
+        except NewtonFailure:  # the search goes on from the modal orbit, or with more modes
+            return None
 
     def across(self) -> Border:
         """Across the branch on which the start is: what changes is orthogonal to it."""
@@ -97,9 +106,8 @@ def pose(driven: DrivenFilm, orbit: PeriodicOrbit) -> Problem:
     own = [film.of_class(p) for p in classes.deflections]
     active = np.concatenate(own)
     model = Model(equations, [len(some) for some in own], _some(driven.system, active))
-    amplitudes = np.zeros((len(orbit.coefficients), len(film.parities)))
-    amplitudes[:, film.inside] = orbit.coefficients
-    start = model.expand((amplitudes[:, active] / film.scale[active]).T)
+    amplitudes = film.all_named(orbit.coefficients)[:, active]
+    start = model.expand((amplitudes / film.scale[active]).T)
     return Problem(film, model, active, start, rate)
 
 

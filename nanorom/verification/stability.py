@@ -24,11 +24,7 @@ class Stability:
         orbit : coefficients (2H + 1, L) of the model's modes, or (2H + 1, N) of all named ones.
         """
         film, p = self.film, orbit.period_multiple
-        whole = orbit.coefficients
-        if whole.shape[1] != len(film.parities):
-            whole = np.zeros((len(orbit.coefficients), len(film.parities)))
-            whole[:, film.inside] = orbit.coefficients
-        scaled = whole / film.scale / self.scaled.amplitude
+        scaled = film.all_named(orbit.coefficients) / film.scale / self.scaled.amplitude
         rates = np.array([orbit.omega / p * film.units.time / self.scaled.frequency])
         support = full_support(self.scaled, p)
         found = self._solver.multipliers(scaled[None], rates, p, support)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import attrs
 
+from nanorom.scene.cavity import Cavity
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Plate, Tension
@@ -24,10 +25,12 @@ from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.spread import Spreads
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
+from nanorom.scene.wrinkles import Wrinkles
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
 SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "plate": Plate,
+    "plate, initial_shape": Wrinkles,
     "material": Material,
     "tension": Tension,
     "support": Support,
@@ -46,6 +49,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "damping": Damping,
     "drive": Drive,
     "drive, harmonics": Harmonic,
+    "drive, cavity": Cavity,
     "sweep": Sweep,
     "readout": Instrument,
     "spread": Spreads,

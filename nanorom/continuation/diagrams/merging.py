@@ -140,6 +140,7 @@ def _followed(
         largest_step=LARGEST_STEP,
         tolerance=TOLERANCE,
         at=[other - step for other in ladder.steps],
+        codimension_two=False,
     )
     return attrs.evolve(curve, level=curve.level + step)
 

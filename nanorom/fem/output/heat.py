@@ -56,17 +56,23 @@ def heat_of(scene: Scene, scales: Scales, modes: Modes, work: PolynomialWork) ->
     capacity = material.density * material.specific_heat * h  # per area and kelvin
     diffusivity = material.conductivity * h / capacity
     fed = attrs.evolve(work, modes=found.modes).areal(_Absorbed(laser))
-    feed = fed / (capacity * scales.length**2 * found.squares)
+    per_watt = 1 / (capacity * scales.length**2 * found.squares)
+    feed, by_mode, by_pair = fed * per_watt, *work.weighed(_Absorbed(laser), found.modes)
     rate = diffusivity * found.modes.eigenvalues / scales.length**2
     unit = material.youngs_modulus * h * material.expansion
     stiffness, force = unit * found.stiffness, unit * work.deflection * found.force
-    diagonal = np.abs(np.einsum("rrs->rs", stiffness)).max(axis=0)
+    coupling = np.abs(stiffness).max(axis=(0, 1))
     # at the pace of the lowest mode, at which the tension is modulated or twice as fast
     pace = np.hypot(rate, 2 * np.pi * scales.frequency(modes.eigenvalues[:1]))
-    shares = [np.abs(a * feed / pace) for a in (diagonal, np.abs(force).max(axis=0))]
+    shares = [np.abs(a * feed / pace) for a in (coupling, np.abs(force).max(axis=0))]
     share = sum(s / s.max() for s in shares if s.max() > 0)
     kept = np.sort(np.argsort(-share)[:KEPT])
     kept = kept[share[kept] > LEAST * share.max()]
     return Heat(
-        rate=rate[kept], feed=feed[kept], stiffness=stiffness[..., kept], force=force[:, kept]
+        rate=rate[kept],
+        feed=feed[kept],
+        stiffness=stiffness[..., kept],
+        force=force[:, kept],
+        feed_by_mode=(per_watt[:, None] * by_mode)[kept],
+        feed_by_pair=(per_watt[:, None, None] * by_pair)[kept],
     )

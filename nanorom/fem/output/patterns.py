@@ -53,6 +53,23 @@ class PolynomialWork(ModalWork):
             total += sign * (measure @ _values(modes, cells, reference))
         return self.length**2 * plate.domain.comm.allreduce(total)
 
+    def weighed(self, pattern: Areal, others: Modes) -> tuple[np.ndarray, np.ndarray]:
+        """int p psi_s phi_j (S, L) and int p psi_s phi_j phi_k (S, L, L), psi another film's modes.
+
+        Collective.
+        """
+        modes, plate = self.modes, self.modes.plate
+        n, m = modes.shapes.shape[1], others.shapes.shape[1]
+        once, twice = np.zeros((m, n)), np.zeros((m, n, n))
+        for (flip, sign), (_, turn) in zip(_mirrored(modes), _mirrored(others)):
+            cells, reference, measure = areal_rule(pattern, plate, flip, self.length)
+            phi = sign * _values(modes, cells, reference)
+            psi = (turn * _values(others, cells, reference)).T * measure
+            once += psi @ phi
+            twice += np.einsum("sp,pj,pk->sjk", psi, phi, phi, optimize=True)
+        comm, area = plate.domain.comm, self.length**2
+        return area * comm.allreduce(once), area * comm.allreduce(twice)
+
     def points(self, places: np.ndarray, weights: np.ndarray, key: str) -> np.ndarray:
         plate, comm = self.modes.plate, self.modes.plate.domain.comm
         total = np.zeros(self.modes.shapes.shape[1])

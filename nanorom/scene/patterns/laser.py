@@ -6,6 +6,7 @@ import attrs
 import numpy as np
 
 from nanorom.scene import fields as v
+from nanorom.scene.cavity import ALLOWED, KEY, Cavity, read_cavity
 from nanorom.scene.patterns.spot import Spot
 from nanorom.types import Array
 
@@ -17,7 +18,8 @@ class Laser(Spot):
     """Light of power P0 + P1 cos(omega t) in a Gaussian spot, P1 its level in W.
 
     What is absorbed heats the film: `nanorom.rom.heat`.  The pressure is that of absorbed photons.
-    power : P0 in W; absorption : share of the light that the film takes.
+    power : P0 in W; absorption : share of the light that the film takes; cavity : how that share
+    changes with the film's deflection, which makes P0 a feedback on the film's motion.
     """
 
     name = "laser"
@@ -34,6 +36,16 @@ class Laser(Spot):
             ("greater than 0 and at most 1", lambda x: 0 < x <= 1),
             about="share of the light that the film absorbs",
         )
+    )
+    cavity: Cavity | None = attrs.field(
+        default=None,
+        eq=False,  # heat is known for any
+        metadata=v.custom(
+            KEY,
+            read_cavity,
+            allowed=ALLOWED,
+            about="mirror below the film, if what it absorbs depends on where it is",
+        ),
     )
 
     def intensity(self, points: Array) -> Array:

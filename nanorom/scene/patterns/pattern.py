@@ -101,8 +101,13 @@ class Pattern(ABC):
 
     @classmethod
     def keys(cls) -> tuple[str, ...]:
-        """Keys of [drive] that it needs beside the level: its attributes."""
+        """Keys of [drive] that it has beside the level: its attributes."""
         return tuple(field.name for field in attrs.fields(cls))
+
+    @classmethod
+    def needs(cls) -> tuple[str, ...]:
+        """Those of its keys that have to be given."""
+        return tuple(f.name for f in attrs.fields(cls) if f.default is attrs.NOTHING)
 
     @classmethod
     def aimed(cls) -> bool:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from nanorom.continuation import ModalSystem, PeriodicOrbit, add_isolas, explore, explore_levels
+from nanorom.continuation.curves import critical_curve
+from nanorom.continuation.diagrams.merging import missing_folds
 from nanorom.errors import ContinuationError
 from tests.continuation.independent import gap
 from tests.continuation.systems import duffing, from_monomials
@@ -88,6 +90,16 @@ def test_isolas_are_reached_from_neighbouring_levels() -> None:
     for index in range(0, len(isola), 20):
         orbit = isola.orbit(index)
         assert gap(system, orbit, 0.13, 0.0) < 1e-8
+
+
+def test_curves_of_folds_find_isolas_without_multipliers(monkeypatch) -> None:
+    """Of many modes the multipliers of every orbit cost fifty times as much as the curves."""
+    system, omega = tuned_absorber(), (0.6, 2.5)
+    diagrams = [explore(system, omega, 0.13)]
+    monkeypatch.setattr(critical_curve, "orbit_at", None)
+    missing, complete = missing_folds(system, omega, diagrams)
+    assert complete and len(missing[0]) == 2
+    assert add_isolas(system, omega, diagrams, 1)[0].branches[1].ending == "closed"
 
 
 def test_subharmonic_resonance_of_order_three_is_reached_from_a_guess() -> None:
