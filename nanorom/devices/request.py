@@ -116,7 +116,7 @@ class Request:
         digest.update(self.settings.tobytes())
         scene = self.first_valid()
         files = [scene.geometry.file] if isinstance(scene.geometry, MeshFile) else []
-        for file in [*files, *filter(None, [scene.plate.initial_shape])]:
+        for file in [*files, *filter(None, [scene.plate.shape_file])]:
             digest.update(file.read_bytes() if file.is_file() else b"")
         return digest.hexdigest()
 

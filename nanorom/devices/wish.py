@@ -197,7 +197,7 @@ class Wish:
         )
         scene = self.scene(self.start)
         files = [scene.geometry.file] if isinstance(scene.geometry, MeshFile) else []
-        for file in [*files, *filter(None, [scene.plate.initial_shape])]:
+        for file in [*files, *filter(None, [scene.plate.shape_file])]:
             digest.update(file.read_bytes())
         return digest.hexdigest()
 

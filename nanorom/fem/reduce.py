@@ -53,6 +53,6 @@ def key_of(scene: Scene, ranks: int) -> str:
     digest.update(scene.to_toml().encode())
     if isinstance(scene.geometry, MeshFile):
         digest.update(scene.geometry.file.read_bytes())
-    if scene.plate.initial_shape is not None:
-        digest.update(scene.plate.initial_shape.read_bytes())
+    if scene.plate.shape_file is not None:
+        digest.update(scene.plate.shape_file.read_bytes())
     return digest.hexdigest()

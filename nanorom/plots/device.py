@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.cm import viridis
 from matplotlib.figure import Figure
 
-from nanorom.measurement.device.identify import Fitted, SweepIdentification
 from nanorom.plots.data import MARKERS
 from nanorom.plots.peaks import BRIGHTEST
 from nanorom.plots.style import COLUMN, save, scaled, styled
 from nanorom.types import Array
+
+if TYPE_CHECKING:  # what draws a response loads no fit
+    from nanorom.measurement.device.identify import Fitted, SweepIdentification
 
 
 @styled

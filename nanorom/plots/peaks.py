@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.cm import viridis
 from matplotlib.figure import Figure
 
-from nanorom.measurement.sweeps.peaks import Peak
 from nanorom.plots.data import MARKERS
 from nanorom.plots.style import COLUMN, save, scaled, styled
+
+if TYPE_CHECKING:  # what draws a response loads no fit
+    from nanorom.measurement.sweeps.peaks import Peak
 
 BRIGHTEST = 0.85  # of the colour map: the yellow end is too pale for lines
 

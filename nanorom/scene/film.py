@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,9 @@ import attrs
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
+from nanorom.scene.wrinkles import Wrinkles
+
+WRINKLES = '{ amplitude = "1 nm", correlation = "0.5 um", seed = 1 }'
 
 
 @attrs.frozen
@@ -46,12 +50,19 @@ MODELS = {
 }
 
 
-def _shape_file(value: Any) -> Path | None:
+def _as_shape(value: str | Path | Mapping[str, Any] | Wrinkles | None) -> Path | Wrinkles | None:
+    """What an initial shape may be given as, for type checkers."""
+    return _shape(value)
+
+
+def _shape(value: Any) -> Path | Wrinkles | None:
     key = "plate.initial_shape"
-    if value is None:
-        return None
+    if value is None or isinstance(value, Wrinkles):
+        return value
+    if isinstance(value, Mapping):
+        return v.from_table(Wrinkles, key, value)
     if not isinstance(value, (str, Path)) or str(value) == "":
-        raise units.wrong(key, value, "the name of a table of x, y, z in m")
+        raise units.wrong(key, value, f"the name of a table of x, y, z in m, or {WRINKLES}")
     if not Path(value).is_file():
         raise SceneError(f"{key}: found '{value}'; there is no such file")
     return Path(value)
@@ -64,7 +75,7 @@ class Plate:
     model: membrane (no bending), plate (Kirchhoff), shell (rotations of any size, any surface in
     space), beam (one dimension), solid (three dimensions: the film made thick, or the volumes of a
     mesh file) or auto (membrane or plate); initial_shape: table with columns x, y
-    and height z in m of the film before tension and load act, on any points.
+    and height z in m of the film before tension and load act, on any points, or `Wrinkles`.
     """
 
     thickness: float = attrs.field(
@@ -79,16 +90,21 @@ class Plate:
             "auto takes one of the first two",
         ),
     )
-    initial_shape: Path | None = attrs.field(
+    initial_shape: Path | Wrinkles | None = attrs.field(
         default=None,
-        converter=v.as_optional_path,
+        converter=_as_shape,
         metadata=v.custom(
             "plate.initial_shape",
-            _shape_file,
-            allowed="a file",
-            about="table of x, y and height z in m of a film that is not flat",
+            _shape,
+            allowed=f"a file or {WRINKLES}",
+            about="table of x, y and height z in m of a film that is not flat, or random wrinkles",
         ),
     )
+
+    @property
+    def shape_file(self) -> Path | None:
+        """The table of its initial shape, if that comes from one."""
+        return self.initial_shape if isinstance(self.initial_shape, Path) else None
 
     @property
     def bends(self) -> bool | None:

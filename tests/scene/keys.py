@@ -25,10 +25,12 @@ from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.spread import Spreads
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
+from nanorom.scene.wrinkles import Wrinkles
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
 SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "plate": Plate,
+    "plate, initial_shape": Wrinkles,
     "material": Material,
     "tension": Tension,
     "support": Support,

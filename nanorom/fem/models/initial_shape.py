@@ -1,4 +1,4 @@
-"""The initial shape of a film, read from a table of points."""
+"""The initial shape of a film, read from a table of points or drawn at random."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import SceneError
+from nanorom.scene.wrinkles import Wrinkles
 
 LARGEST_FILE = 100_000_000  # bytes
 ON_A_LINE = 1e-9  # breadth by length of a cloud of points
@@ -38,14 +39,18 @@ def read_table(path: Path) -> np.ndarray:
     return np.asarray(table)
 
 
-def read(file: Path, comm: MPI.Comm = MPI.COMM_SELF) -> Callable[[np.ndarray], np.ndarray]:
-    """Height (n,) in m at points (n, 2) in m, from a table of x, y, z in m.
+def read(
+    shape: Path | Wrinkles, comm: MPI.Comm = MPI.COMM_SELF
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Height (n,) in m at points (n, 2) in m, of wrinkles or a table of x, y, z in m.
 
-    Interpolated by cubic splines where the points lie on a grid, else with continuous slope (Clough
-    and Tocher).  Raises SceneError here if the file is no such table, and on calling, on every rank
-    alike, if its points do not cover the film.
+    A table is interpolated by cubic splines where the points lie on a grid, else with continuous
+    slope (Clough and Tocher).  Raises SceneError here if the file is no such table, and on calling,
+    on every rank alike, if its points do not cover the film.
     """
-    table = read_table(file)
+    if isinstance(shape, Wrinkles):
+        return shape.height
+    table = read_table(shape)
     size = np.ptp(table[:, :2], axis=0).max()
     points, z = table[:, :2] / size, table[:, 2]
     interpolate = _on_grid(points, z) or _scattered(points, z)
@@ -53,7 +58,7 @@ def read(file: Path, comm: MPI.Comm = MPI.COMM_SELF) -> Callable[[np.ndarray], n
     def height(points: np.ndarray) -> np.ndarray:
         found = interpolate(points * ((1 - INSIDE) / size))
         if comm.allreduce(int(np.isnan(found).any())):
-            raise SceneError(f"{KEY}: the points of {file} do not cover the film")
+            raise SceneError(f"{KEY}: the points of {shape} do not cover the film")
         return found
 
     return height

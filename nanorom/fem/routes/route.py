@@ -35,8 +35,8 @@ class Route(ABC):
         span = plausibility.span_of(scene)
         if span is not None:
             plausibility.check(scene, span)
-        if scene.plate.initial_shape is not None:
-            initial_shape.read_table(scene.plate.initial_shape)
+        if scene.plate.shape_file is not None:
+            initial_shape.read_table(scene.plate.shape_file)
 
     def method(self, scene: Scene) -> str:
         """How the tensors are found: direct, step or tangent."""

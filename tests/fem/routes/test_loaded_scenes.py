@@ -21,6 +21,7 @@ from nanorom.scene.scene import (
     Scene,
 )
 from nanorom.scene.support import Support
+from nanorom.scene.wrinkles import Wrinkles
 from tests.fem.radial import Disc as Reference
 
 SPECTRAL = 1e-6
@@ -245,6 +246,26 @@ def test_quadratic_coefficients_of_an_initial_shape_are_those_of_a_stress_functi
     assert quadratic == pytest.approx(CAP_QUADRATIC, rel=MARGUERRE)
     cubic = [model.cubic[0, 0, j, j] * RADIUS**2 / (MODULUS * h) for j in own]
     assert cubic == pytest.approx(CAP_CUBIC, rel=MARGUERRE)
+
+
+def test_wrinkles_are_the_shape_that_a_table_of_their_heights_is(tmp_path):
+    wrinkles = Wrinkles(amplitude=0.3 * THICKNESS, correlation=0.4 * RADIUS, seed=5)
+    axis = np.linspace(-1.01, 1.01, 61) * RADIUS
+    x, y = (each.ravel() for each in np.meshgrid(axis, axis))
+    file = tmp_path / "wrinkles.csv"
+    z = wrinkles.height(np.column_stack([x, y]))
+    np.savetxt(file, np.column_stack([x, y, z]), "%.15g", delimiter=",")
+    by_hand = Accuracy(degree=5, mesh_size=RADIUS / 2)
+    drawn, read, flat = (
+        reduce_scene(drum(None, plate=Plate(THICKNESS, "plate", shape), accuracy=by_hand))
+        for shape in (wrinkles, file, None)
+    )
+    assert drawn.frequency == pytest.approx(read.frequency, rel=MARGUERRE)
+    largest = np.abs(drawn.quadratic).max()
+    assert drawn.quadratic == pytest.approx(read.quadratic, abs=1e-4 * largest)
+    assert np.abs(drawn.frequency / flat.frequency - 1).max() > 1e-3
+    again = Scene.from_toml(drawn.scene)
+    assert again.plate.initial_shape == wrinkles
 
 
 def test_frequencies_do_not_depend_on_the_direction_in_which_a_load_lies():
