@@ -31,11 +31,11 @@ def manifold(
 ) -> Reduced:
     """The manifold of some modes of a scene's film, with all its degrees of freedom as slaves.
 
-    In-plane inertia is included.  Arguments and result as of `nanorom.rom.manifold.reduced
-    .manifold`; slaves are the fields of which the manifold is made, in coordinates whose mass is
-    that of the first master.  mesh : tolerance of the mesh, that of the scene if left out.  Raises
-    SceneError for a film whose forces are no polynomials, else the errors of `reduce` and of
-    `manifold`.
+    In-plane inertia is included, a drive of the scene is not.  Arguments and result as of
+    `nanorom.rom.manifold.reduced.manifold`; slaves are the fields of which the manifold is made, in
+    coordinates whose mass is that of the first master.  mesh : tolerance of the mesh, that of the
+    scene if left out.  Raises SceneError for a film whose forces are no polynomials, else the
+    errors of `reduce` and of `manifold`.
     """
     check(order, style)
     film = assemble(scene, _more(scene, masters), mesh)

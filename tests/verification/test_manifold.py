@@ -137,3 +137,5 @@ def test_what_is_no_manifold_is_refused_in_one_line():
     viscous = drum(1).with_(damping=nanorom.Damping(100.0, material_time=1e-12))
     with pytest.raises(SceneError, match="damping: found a viscoelastic material"):
         nanorom.manifold(viscous)
+    with pytest.raises(ModelError, match="direct: found 1; allowed: 0"):
+        nanorom.manifold(drum(1), [1], 3).response((1e8, 2e8), direct=1.0)

@@ -103,11 +103,18 @@ def response(
     Raises
     ------
     ModelError
-        for an invalid range or where the masters' resonances do not go with the drive.
+        for an invalid range, a level of a drive that the manifold lacks, or where the masters'
+        resonances do not go with the drive.
     """
     low, high = float(omega[0]), float(omega[1])
     if not (np.isfinite(high) and 0 < low < high):
         raise ModelError(f"omega: found {omega}; allowed: (low, high), rising and positive")
+    for name, level, pattern in (
+        ("direct", direct, reduced.equations.direct),
+        ("parametric", parametric, reduced.equations.parametric),
+    ):
+        if level and not pattern.any():
+            raise ModelError(f"{name}: found {level:g}; allowed: 0, the manifold has no such drive")
     degree = min(degree, reduced.order - 1)
     unit = reduced.equations.frequency
     limits = low / unit, high / unit
