@@ -40,7 +40,7 @@ from nanorom.types import Array
 
 TABLE = Path(__file__).with_suffix(".md")
 DEMOS = Path(__file__).parents[2] / "demos"
-SIZES = (18, 28, 40)
+SIZES = (12, 13, 14, 15, 16, 18, 21, 24, 28, 34, 40, 50, 60)  # points are lost at large steps
 CRITICAL = 1e-2  # about the critical multiplier: what is as near is it, to the point's own error
 MERGED = 1e-6  # relative difference of frequencies below which two places are one point
 SETS = (
