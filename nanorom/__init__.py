@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.study import Study
     from nanorom.results.verified import Verified
-    from nanorom.rom.manifold.reduced import manifold
     from nanorom.rom.model import ReducedModel
     from nanorom.rom.shapes import Shapes
     from nanorom.scene.drive import Drive
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
     from nanorom.scene.scene import Accuracy, Modes, Reduction, Scene
     from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
     from nanorom.scene.waves import Harmonic
-    from nanorom.workflow import full_orbit, reduce, run, sensitivity, tune, verify
+    from nanorom.workflow import full_orbit, manifold, reduce, run, sensitivity, tune, verify
 
 _HOMES = {
     "devices.design": ("design",),
@@ -60,7 +59,6 @@ _HOMES = {
     "results.sensitivity": ("Sensitivity",),
     "results.study": ("Study",),
     "results.verified": ("Verified",),
-    "rom.manifold.reduced": ("manifold",),
     "rom.model": ("ReducedModel",),
     "rom.shapes": ("Shapes",),
     "scene.drive": ("Drive",),
@@ -104,6 +102,7 @@ _HOMES = {
     ),
     "workflow": (
         "full_orbit",
+        "manifold",
         "reduce",
         "run",
         "sensitivity",

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from nanorom.results.response import Response
     from nanorom.results.sensitivity import Sensitivity
     from nanorom.results.verified import Verified
+    from nanorom.rom.manifold.reduced import Reduced
     from nanorom.verification.orbit import FullOrbit
 
 PICTURES = ("response.png", "amplitudes.png", "modes.png")
@@ -166,6 +167,29 @@ def full_orbit(
     with finite_elements():
         from nanorom.verification import orbit as full
     return full.full_orbit(Scene.of(scene), orbit, direct, parametric, **options)
+
+
+def manifold(
+    model: Any,
+    masters: Sequence[int | str] = (1,),
+    order: int = 7,
+    style: str = "normal",
+    **options: Any,
+) -> Reduced:
+    """The invariant manifold of some modes: what all else does, as polynomials of these.
+
+    Of a ReducedModel or ModalSystem all other modes follow
+    (`nanorom.rom.manifold.reduced.manifold` has the parameters and errors).  Of a Scene every
+    degree of freedom of the film does, its in-plane inertia included, which needs DOLFINx
+    (`nanorom.verification.manifold.manifold`).
+    """
+    from nanorom.rom.manifold import reduced
+
+    if not isinstance(model, Scene):
+        return reduced.manifold(model, masters, order, style, **options)
+    with finite_elements():
+        from nanorom.verification import manifold as whole
+    return whole.manifold(model, masters, order, style, **options)
 
 
 def verify(

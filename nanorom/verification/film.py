@@ -83,17 +83,17 @@ class DiscreteFilm:
 
         viscous (m, m): 1 + tau d/dt on time samples, of a viscoelastic material.
         """
-        slope = images(self._slopes(classes, parts))
-        still = self._still(classes)
+        slope = images(self.slopes(classes, parts))
+        still = self.still_slopes(classes)
         if still is not None:
             slope += still[..., None]
-        strain = 0.5 * _product(slope, slope)
+        strain = 0.5 * symmetric_product(slope, slope)
         if still is not None:
-            strain -= 0.5 * _product(still, still)[..., None]
+            strain -= 0.5 * symmetric_product(still, still)[..., None]
         stress = self._stress(classes, strain, viscous)
         height = self._height(classes, parts)
         state = State(slope, stress, height)
-        forces = self._work(classes, _traction(stress, slope))
+        forces = self.work(classes, pulled(stress, slope))
         if height is not None:
             forces = self._with(classes, forces, self._attraction(classes, height))
         return forces, state
@@ -106,11 +106,11 @@ class DiscreteFilm:
         viscous: Array | None = None,
     ) -> list[Array]:
         """Derivative of the force about a state, by class (free, m), along deflections alike."""
-        slope = images(self._slopes(classes, parts))
-        stress = self._stress(classes, _product(state.slope, slope), viscous)
-        traction = _traction(state.force, slope)
-        traction += _traction(stress, state.slope)
-        forces = self._work(classes, traction)
+        slope = images(self.slopes(classes, parts))
+        stress = self._stress(classes, symmetric_product(state.slope, slope), viscous)
+        traction = pulled(state.force, slope)
+        traction += pulled(stress, state.slope)
+        forces = self.work(classes, traction)
         if state.height is not None and self.gate is not None:
             change = self.heights(classes, parts)
             stiffness = self.gate.strength / (self.gate.gap - state.height) ** 3
@@ -145,10 +145,10 @@ class DiscreteFilm:
     def _nodals(self, classes: Classes, parts: Sequence[Array]) -> list[Array]:
         return [self.nodal(p, part) for p, part in zip(classes.deflections, parts)]
 
-    def _slopes(self, classes: Classes, parts: Sequence[Array]) -> Array:
+    def slopes(self, classes: Classes, parts: Sequence[Array]) -> Array:
         return np.stack([self.tables.slope(w) for w in self._nodals(classes, parts)])
 
-    def _still(self, classes: Classes) -> Array | None:
+    def still_slopes(self, classes: Classes) -> Array | None:
         """Slopes (images, 2, c, q) of the static state."""
         if self.shape is None:
             return None
@@ -186,7 +186,7 @@ class DiscreteFilm:
         """C:E (3, ...) of strains (3, ...), per E h."""
         return np.tensordot(self.law * [1.0, 1.0, 2.0], strain, axes=1)
 
-    def _work(self, classes: Classes, traction: Array) -> list[Array]:
+    def work(self, classes: Classes, traction: Array) -> list[Array]:
         """int t . grad v by class (free, m) of tractions (images, 2, c, q, m)."""
         parts = images(traction)
         parts *= self.tables.weights[..., None] / classes.count
@@ -230,7 +230,7 @@ class DiscreteFilm:
         return [f + p[self.free[c]] for f, p, c in zip(forces, pushed, classes.deflections)]
 
 
-def _product(first: Array, second: Array) -> Array:
+def symmetric_product(first: Array, second: Array) -> Array:
     """sym(s1 (x) s2) (images, 3, c, q, m) of slopes (images, 2, c, q, m)."""
     found = np.empty((len(first), 3, *second.shape[2:]))
     np.multiply(first[:, 0], second[:, 0], out=found[:, 0])
@@ -242,7 +242,7 @@ def _product(first: Array, second: Array) -> Array:
     return found
 
 
-def _traction(stress: Array, slope: Array) -> Array:
+def pulled(stress: Array, slope: Array) -> Array:
     """N s (images, 2, c, q, m) of forces (images, 3, c, q, m) and slopes (images, 2, c, q, m)."""
     found = np.empty_like(slope)
     for component, (x, y) in enumerate(((0, 2), (2, 1))):

@@ -236,9 +236,13 @@ class _Pieces:
             self._known[key] = self._dynamics(film, parity, highest)
         return self._known[key]
 
+    def of_deflections(self, parity: Parity, free: np.ndarray) -> sp.csr_matrix:
+        """Stiffness (free, free) of tension and bending of a class."""
+        return _csr(self.stiffness[parity])[free][:, free]
+
     def _dynamics(self, film: PlateFilm, parity: Parity, highest: float) -> ClassDynamics:
         free = film.discrete.free[parity]
-        stiffness = _csr(self.stiffness[parity])[free][:, free]
+        stiffness = self.of_deflections(parity, free)
         mass = self.mass[free][:, free]
         total, extra = sp.csc_matrix(stiffness), 0
         flat = film.discrete.shape is None

@@ -9,25 +9,39 @@ from nanorom.fem.mesh import mesh, tetrahedra
 from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.mesh.mesh import Domain
 from nanorom.fem.models.solid import Solid
+from nanorom.fem.solvers import groups
 from nanorom.fem.symmetry import AXES, OPPOSITE
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 
-MOST_UNKNOWNS = 120_000  # factors of a compact solid of so many take some gigabytes and minutes
+MOST_UNKNOWNS = 120_000  # factors of a compact solid of so many take 3 GB and minutes
+BYTES = 2e4  # per unknown of a compact solid; it grows as their cube root
 OWN_FACES = (tetrahedra.UPPER, tetrahedra.LOWER)  # of a film made thick: they are free
 
 
 def build_domain(comm: MPI.Comm, chosen: Discretisation) -> Domain:
     """The mesh of a solid; raises MeshError, or SolverError if it is too large. Collective."""
+    known = chosen.source.cells
+    if known is not None:  # before it is made
+        check_size(known, chosen.degree, comm)
     domain = mesh.build(comm, chosen.source, chosen.order)
-    cells = domain.mesh.topology.index_map(3).size_global
-    unknowns = unknowns_of(cells, chosen.degree)
-    if unknowns > MOST_UNKNOWNS:
-        raise SolverError(
-            f"a solid of {cells} tetrahedra of degree {chosen.degree} has about {unknowns} "
-            f"unknowns, more than {MOST_UNKNOWNS}; ask for a larger tolerance or fewer modes"
-        )
+    check_size(domain.mesh.topology.index_map(3).size_global, chosen.degree, comm)
     return domain
+
+
+def check_size(cells: int, degree: int, comm: MPI.Comm) -> None:
+    """Raise SolverError for too many tetrahedra, or for too little memory. Collective."""
+    unknowns = unknowns_of(cells, degree)
+    found = f"a solid of {cells} tetrahedra of degree {degree} has about {unknowns} unknowns"
+    remedy = "ask for a larger tolerance or fewer modes"
+    if unknowns > MOST_UNKNOWNS:
+        raise SolverError(f"{found}, more than {MOST_UNKNOWNS}; {remedy}")
+    left, needed = groups.memory(comm), BYTES * unknowns
+    if 0 < left < needed:
+        raise SolverError(
+            f"{found}, which need {needed / 2**30:.3g} GB or more, and {left / 2**30:.3g} GB of "
+            f"memory are left; {remedy}"
+        )
 
 
 def unknowns_of(cells: int, degree: int) -> int:

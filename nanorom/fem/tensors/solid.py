@@ -29,16 +29,19 @@ from nanorom.rom import tensors
 class SolidTensors:
     """Coefficients of L modes, by modulus and length.
 
-    stiffness (L, L), quadratic (L, L, L), cubic (L, L, L, L); asymmetry: of the quadratic one
-    before it was made symmetric; eigenvalue: squared frequency of the slowest response outside the
-    modes (Rayleigh's quotient, from above).
+    stiffness (L, L), quadratic (L, L, L), cubic (L, L, L, L), of which outside (L, L, L, L) is what
+    lies outside the modes; asymmetry: of the quadratic one before it was made symmetric;
+    eigenvalue: squared frequency of the slowest response outside the modes (Rayleigh's quotient,
+    from above); own: (L,), the same of the response to the square of each mode.
     """
 
     stiffness: np.ndarray
     quadratic: np.ndarray
     cubic: np.ndarray
+    outside: np.ndarray
     asymmetry: float
     eigenvalue: float
+    own: np.ndarray
 
 
 def condensed(modes: SolidModes) -> SolidTensors:
@@ -64,15 +67,19 @@ def condensed(modes: SolidModes) -> SolidTensors:
     products, given_way = np.zeros((n,) * 4), np.zeros((n,) * 4)
     unpacked(solid.pair_products(shapes, pairs), pairs, products)
     unpacked(0.5 * (energy + energy.T), pairs, given_way)
-    own = energy.diagonal()
-    slow = own > MATTERS * max(own.max(), np.finfo(float).tiny)
+    outside = tensors.paired(given_way)
+    size = energy.diagonal()
+    square = size / mass
+    slow = size > MATTERS * max(size.max(), np.finfo(float).tiny)
     even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
     return SolidTensors(
         stiffness,
         even,
-        symmetrised(products) + tensors.paired(given_way),
+        symmetrised(products) + outside,
+        outside,
         tensors.asymmetry(quadratic),
-        float((own[slow] / mass[slow]).min()) if slow.any() else np.inf,
+        float(square[slow].min()) if slow.any() else np.inf,
+        square[j == k],
     )
 
 

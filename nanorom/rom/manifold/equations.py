@@ -140,7 +140,8 @@ def equations_of(
     if not places or len(set(places)) < len(places):
         raise ModelError(f"masters: found {list(masters)}; allowed: one or more different modes")
     frequency = float(linear.rates[places[0]].imag)
-    amplitude = _amplitude(arrays, int(np.abs(linear.shapes[:, places[0]]).argmax()))
+    place = int(np.abs(linear.shapes[:, places[0]]).argmax())
+    amplitude = displacement_unit(arrays["stiffness"], arrays["quadratic"], arrays["cubic"], place)
     return Equations.of(arrays, frequency, amplitude), np.array(places), label
 
 
@@ -179,12 +180,12 @@ def _by_frequency(linear: Basis, master: int | str) -> int:
     return int(np.argsort(linear.rates[: linear.size].imag, kind="stable")[master - 1])
 
 
-def _amplitude(arrays: dict[str, Array], place: int) -> float:
+def displacement_unit(stiffness: Array, quadratic: Array, cubic: Array, place: int) -> float:
     """The displacement of a mode at which its cubic (or the quadratic) force equals the linear."""
-    stiffness = abs(float(arrays["stiffness"][place, place]))
-    cubic = float(np.abs(arrays["cubic"][place, place, place, place]))
-    cubic = cubic or float(np.abs(arrays["cubic"]).max(initial=0.0))
-    if cubic > 0:
-        return float(np.sqrt(stiffness / cubic))
-    quadratic = float(np.abs(arrays["quadratic"]).max(initial=0.0))
-    return stiffness / quadratic if quadratic > 0 else 1.0
+    linear = abs(float(stiffness[place, place]))
+    own = float(np.abs(cubic[place, place, place, place]))
+    own = own or float(np.abs(cubic).max(initial=0.0))
+    if own > 0:
+        return float(np.sqrt(linear / own))
+    largest = float(np.abs(quadratic).max(initial=0.0))
+    return linear / largest if largest > 0 else 1.0

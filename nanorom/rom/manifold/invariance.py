@@ -71,11 +71,11 @@ def expand(equations: Equations, masters: Index, order: int, style: str) -> Expa
         q, speed = shape @ basis.shapes.T, shape @ basis.speeds.T
         right: Numbers = -forces.of(degree, q, speed) @ basis.inverse.T
         right -= carried(monomials, shape, dynamics, degree, 2, 2)
-        kept = _kept(sigma[here], rates, style)
-        dynamics[here] = np.where(kept, right[:, places], 0.0)
+        keep = kept(sigma[here], rates, style)
+        dynamics[here] = np.where(keep, right[:, places], 0.0)
         right[:, places] -= dynamics[here]
         divisors = sigma[here, None] - basis.rates
-        divisors[:, places] = np.where(kept, 1.0, divisors[:, places])
+        divisors[:, places] = np.where(keep, 1.0, divisors[:, places])
         scale = float(np.abs(rates.imag).min())
         found += _check(divisors, right, monomials.powers[here], scale, basis.size)
         small = np.abs(divisors) < SINGULAR * scale
@@ -99,7 +99,7 @@ def carried(
     return result
 
 
-def _kept(sigma: Numbers, rates: Numbers, style: str) -> NDArray[np.bool_]:
+def kept(sigma: Numbers, rates: Numbers, style: str) -> NDArray[np.bool_]:
     """Which of the monomials (n,) are kept in the equations of the masters, (n, 2m)."""
     if style == "graph":
         return np.ones((len(sigma), len(rates)), dtype=bool)

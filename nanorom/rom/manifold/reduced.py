@@ -241,12 +241,29 @@ def manifold(
     if reach is not None:
         options: dict[str, Any] = {"direct": direct, "parametric": parametric}
         return _reaching(model, masters, order, style, reach, options | {"tolerance": tolerance})
+    check(order, style)
+    equations, places, label = equations_of(model, masters, direct, parametric)
+    return of_equations(equations, places, label, order, style, tolerance)
+
+
+def check(order: int, style: str) -> None:
+    """Raise ModelError for an order or a style that no manifold has."""
     if style not in STYLES:
         raise ModelError(f"style: found {style!r}; allowed: {', '.join(STYLES)}")
     if not LOWEST_ORDER <= order <= HIGHEST_ORDER:
         raise ModelError(f"order: found {order}; allowed: {LOWEST_ORDER} to {HIGHEST_ORDER}")
-    equations, places, label = equations_of(model, masters, direct, parametric)
-    _check_size(len(places), equations.size, order)
+
+
+def of_equations(
+    equations: Equations,
+    places: Index,
+    label: tuple[str, ...],
+    order: int,
+    style: str,
+    tolerance: float,
+) -> Reduced:
+    """The manifold of the modes at places (m,) of equations whose modes have labels."""
+    check_size(len(places), equations.size, order)
     shapes = equations.basis.shapes[:, places]
     return Reduced(
         masters=places,
@@ -260,7 +277,7 @@ def manifold(
     )
 
 
-def _check_size(masters: int, modes: int, order: int) -> None:
+def check_size(masters: int, modes: int, order: int) -> None:
     """Raise ModelError where the polynomials would need too much time or memory."""
     monomials = comb(2 * masters + order, order)
     if monomials > MOST_MONOMIALS:

@@ -1,0 +1,107 @@
+"""Manifolds of all degrees of freedom: those of all modes where a modal system is turned."""
+
+import attrs
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import nanorom
+from nanorom.errors import ModelError
+from nanorom.rom.manifold.direct import fields
+from nanorom.rom.manifold.projection import in_units, near, project
+from nanorom.rom.manifold.reduced import of_equations
+from tests.rom.manifold.systems import random_system
+
+ROUND_OFF = 1e-8  # relative
+SEEDS = (0, 1, 2)
+MODES = 9  # more than a manifold of order 3 has fields
+
+
+@attrs.frozen(eq=False)
+class Turned:
+    """A modal system of unit mass in coordinates without meaning, as `FullSystem`."""
+
+    shapes: np.ndarray  # of the modes
+    mass: sp.csr_matrix
+    stiffness: sp.csr_matrix
+    a: np.ndarray
+    b: np.ndarray
+
+    @classmethod
+    def of(cls, system, seed):
+        turn = np.random.default_rng(seed).standard_normal(system.stiffness.shape)
+        turn += 4 * np.eye(len(turn))
+        a = np.einsum("rjk,ra,jb,kc->abc", system.quadratic, *[turn] * 3, optimize=True)
+        b = np.einsum("rjkl,ra,jb,kc,ld->abcd", system.cubic, *[turn] * 4, optimize=True)
+        both = (sp.csr_matrix(turn.T @ m @ turn) for m in (system.mass, system.stiffness))
+        return cls(np.linalg.inv(turn), *both, a, b)
+
+    @property
+    def size(self):
+        return len(self.a)
+
+    def quadratic(self, u, v):
+        return np.einsum("abc,bp,cp->ap", self.a, u, v)
+
+    def cubic(self, u, v, w):
+        return np.einsum("abcd,bp,cp,dp->ap", self.b, u, v, w, optimize=True)
+
+
+def reduced(found, masters, order, quality=1e9):
+    size = len(found.squares)
+    equations = in_units(found, np.full(size, quality), np.ones(size), 1.0)
+    label = tuple(str(n) for n in range(size))
+    return of_equations(equations, np.arange(masters), label, order, "normal", 1e-4)
+
+
+@pytest.mark.parametrize("masters", [1, 2])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_manifold_on_its_fields_is_that_of_all_modes(seed, masters):
+    system, order = random_system(seed, MODES, quadratic=0.5), 3
+    whole = Turned.of(system, seed)
+    shapes, squares = whole.shapes[:, :masters], np.diag(system.stiffness)[:masters]
+    found = fields(whole, shapes, squares, order)
+    projected = project(whole, shapes, squares, found)
+    if masters == 1:
+        assert len(projected.squares) == 5 < MODES  # its fields are four
+    known = nanorom.manifold(system, list(range(1, masters + 1)), order)
+    # the dynamics that all degrees of freedom have, in the units of those of the modes
+    powers = known.conservative.monomials.powers.sum(axis=1)[:, None]
+    unit = known.equations.amplitude ** (powers - 1) / known.equations.frequency
+    own = known.conservative.dynamics
+    assert np.abs(found.dynamics * unit - own.imag).max() < ROUND_OFF * np.abs(own).max()
+    small = reduced(projected, masters, order)
+    x = np.array([0.02, 0.05])
+    assert small.backbone(x)[0] == pytest.approx(known.backbone(x)[0], rel=ROUND_OFF)
+
+
+def test_fields_of_any_style_lie_in_the_same_space():
+    system, order = random_system(5, MODES, quadratic=0.5), 3
+    whole = Turned.of(system, 5)
+    shapes, squares = whole.shapes[:, :1], np.diag(system.stiffness)[:1]
+    projected = project(whole, shapes, squares, fields(whole, shapes, squares, order))
+    undamped = attrs.evolve(system, damping=1e-12 * np.eye(MODES))
+    shape = nanorom.manifold(undamped, [1], order, "graph").expansion.shape
+    modal = nanorom.manifold(undamped, [1], order, "graph").equations.basis.shapes @ shape.T
+    u = whole.shapes @ modal.real  # of all degrees of freedom
+    momenta = whole.mass @ projected.vectors
+    assert np.abs(u - projected.vectors @ (momenta.T @ u)).max() < ROUND_OFF * np.abs(u).max()
+
+
+def test_modes_are_refined_together():
+    system = random_system(2, MODES)
+    whole = Turned.of(system, 2)
+    start = whole.shapes[:, :2] + 0.01 * whole.shapes[:, 4:6]
+    squares = np.diag(system.stiffness)[:2]
+    shapes, values = near(whole, start, 1.01 * squares)
+    assert values == pytest.approx(squares, rel=ROUND_OFF)
+    assert shapes == pytest.approx(whole.shapes[:, :2], abs=1e-6)
+
+
+def test_a_slave_in_resonance_is_told():
+    system = random_system(1, 4)
+    stiffness = np.diag(system.stiffness).copy()
+    stiffness[2] = 4 * stiffness[0]
+    whole = Turned.of(attrs.evolve(system, stiffness=np.diag(stiffness)), 1)
+    with pytest.raises(ModelError, match="masters: another mode is in resonance"):
+        fields(whole, whole.shapes[:, :1], stiffness[:1], 3)

@@ -1,0 +1,139 @@
+"""Manifolds from the film's own forms against its condensed force, closed forms and its modes."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import eigsh, splu
+
+import nanorom
+from nanorom.errors import ModelError, SceneError
+from nanorom.verification.assemble import assemble
+from nanorom.verification.system import FilmSystem
+from tests.verification.conftest import drum
+
+ROUND_OFF = 1e-9  # relative to the largest force
+SLIDING = nanorom.Edge("free", in_plane="normal")  # holds the tension across the string
+CLOSED = 1e-4  # relative, of coefficients read from a backbone at a finite amplitude
+
+
+LENGTH, DENSITY, BENDING = 1e-4, 2000.0, 0.02  # the last, of a string's stiffness: detunes mode 3
+
+
+def strip(strain):
+    """A film that is bent to a sine between two hinges, as a string; its tension of 1 N/m strains
+    it by `strain`.
+    """
+    thickness = np.sqrt(12 * BENDING * strain) * LENGTH / np.pi
+    hinge = nanorom.Edge("simply_supported", in_plane="fixed")
+    return nanorom.Scene(
+        geometry=nanorom.Rectangle(LENGTH, LENGTH / 2),
+        plate=nanorom.Plate(thickness, model="plate"),
+        material=nanorom.Material(
+            youngs_modulus=1.0 / (strain * thickness), poisson_ratio=0.0, density=DENSITY
+        ),
+        tension=nanorom.Tension(1.0, 1.0),
+        support=nanorom.Support({"left": hinge, "right": hinge, "bottom": SLIDING, "top": SLIDING}),
+        modes=nanorom.Modes(count=1),
+        damping=nanorom.Damping(1000.0),
+        accuracy=nanorom.Accuracy(tolerance=1e-6),
+    )
+
+
+@pytest.mark.parametrize(
+    "sections",
+    [
+        {},
+        {"load": nanorom.Load(pressure=5000.0)},
+        {"reduction": nanorom.Reduction(in_plane="fixed")},
+    ],
+    ids=["flat", "loaded", "held"],
+)
+def test_without_inertia_in_plane_the_force_is_the_condensed_one(sections):
+    film = assemble(drum(4, model="plate", **sections), 0)
+    system = FilmSystem.of(film, [0, 1])
+    classes, discrete = system.classes, film.discrete
+    assert classes.count == 2
+    free = [len(discrete.free[parity]) for parity in classes.deflections]
+    ends = np.cumsum(free)
+    random = np.random.default_rng(4)
+    shapes = [film.shapes(parity)[:, :1] for parity in classes.deflections]
+    parts = [shape * random.uniform(0.3, 0.6) for shape in shapes]
+    y = np.zeros((system.size, 1))
+    for part, end in zip(parts, ends):
+        y[end - len(part) : end] = part
+    n = ends[-1]
+    inner = system.stiffness[n:, n:]
+    if inner.shape[0]:
+        # what it does to itself is linear, and it hangs on the deflection by the rest
+        push = (system.stiffness @ y + system.quadratic(y, y))[n:]
+        y[n:] = -splu(inner.tocsc()).solve(push)
+    found = system.stiffness @ y + system.quadratic(y, y) + system.cubic(y, y, y)
+    assert np.abs(found[n:]).max(initial=0.0) < ROUND_OFF * np.abs(found[:n]).max()
+    known = discrete.force(classes, parts)[0]
+    for place, (parity, part) in enumerate(zip(classes.deflections, parts)):
+        linear = film.pieces.of_deflections(parity, discrete.free[parity]) @ part
+        expected = known[place] + linear
+        here = slice(ends[place] - len(part), ends[place])
+        assert np.abs(found[here] - expected).max() < 1e-7 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("pressure", [0.0, 4000.0])
+def test_forces_have_a_potential(pressure):
+    load = {"load": nanorom.Load(pressure=pressure)} if pressure else {}
+    film = assemble(drum(3, **load), 0)
+    system = FilmSystem.of(film, [0, 1])
+    u, v, w, x = np.random.default_rng(2).standard_normal((4, system.size, 2))
+    one, other = (x * system.quadratic(u, v)).sum(), (u * system.quadratic(x, v)).sum()
+    assert one == pytest.approx(other, rel=1e-9)
+    one, other = (x * system.cubic(u, v, w)).sum(), (w * system.cubic(u, x, v)).sum()
+    assert one == pytest.approx(other, rel=1e-9)
+
+
+def test_longitudinal_motion_is_that_of_a_rod():
+    scene = strip(0.3)
+    film = assemble(scene, 0)
+    system = FilmSystem.of(film, [0])
+    n = len(film.discrete.free[system.classes.deflections[0]])
+    stiffness, mass = system.stiffness[n:, n:], system.mass[n:, n:]
+    speed = np.sqrt(scene.material.youngs_modulus / DENSITY)
+    values, shapes = eigsh(stiffness, 8, mass, sigma=0.0)
+    rates = np.sqrt(values) / film.units.time
+    # displacement odd about the middle as the strain is even: sin(2 pi x / L) is the first
+    assert np.abs(rates / (2 * np.pi / LENGTH * speed) - 1).min() < 1e-7
+
+
+@pytest.mark.parametrize("strain", [1e-3, 0.1, 0.2])
+def test_inertia_in_plane_weakens_a_string_s_stiffening_as_by_hand(strain):
+    """w = q sin(pi x / L) stretches uniformly, and as cos(2 pi x / L), which u = sin(2 pi x / L)
+    undoes at rest.  At twice the frequency u is larger by 1 / (1 - r), r = (2 w1 / wL)^2.
+    """
+    scene = strip(strain)
+    reduced = nanorom.manifold(scene, [1], 3)
+    x = 1e-3 * reduced.equations.amplitude
+    stiffening = (reduced.backbone([x])[0][0] / reduced.equations.frequency - 1) / x**2
+    still = np.pi / LENGTH * np.sqrt((1 + BENDING) / (DENSITY * scene.plate.thickness))
+    assert reduced.equations.frequency == pytest.approx(still, rel=1e-6)
+    cubic = np.pi**2 / (4 * LENGTH**2 * strain * (1 + BENDING))  # by the linear stiffness, at rest
+    r = strain * (1 + BENDING)
+    assert stiffening == pytest.approx(3 / 8 * cubic * (1 - r / (1 - r) / 6), rel=CLOSED)
+
+
+def test_manifolds_of_more_and_more_modes_go_to_that_of_the_film():
+    whole = nanorom.manifold(drum(1, model="plate"), [1], 7)
+    x = 0.3 * whole.equations.amplitude
+    known = whole.backbone([x])[0][0] / whole.equations.frequency
+    errors = []
+    for count in (1, 6, 15):
+        modal = nanorom.manifold(nanorom.reduce(drum(count, model="plate")), [1], 7)
+        errors.append(abs(modal.backbone([x])[0][0] / modal.equations.frequency - known))
+    assert errors[2] < errors[1] / 2 < errors[0] / 8
+    assert errors[2] < 1e-5
+
+
+def test_what_is_no_manifold_is_refused_in_one_line():
+    with pytest.raises(ModelError, match="masters: found 'f99'"):
+        nanorom.manifold(drum(1), ["f99"])
+    with pytest.raises(ModelError, match="order: found 50"):
+        nanorom.manifold(drum(1), [1], 50)
+    viscous = drum(1).with_(damping=nanorom.Damping(100.0, material_time=1e-12))
+    with pytest.raises(SceneError, match="damping: found a viscoelastic material"):
+        nanorom.manifold(viscous)
