@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, TriMesh
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
@@ -21,6 +22,7 @@ from nanorom.plots.style import (
 )
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.shapes import Shapes
+from nanorom.types import Array
 
 COLOURS = "RdBu_r"
 TITLE = 0.27  # height in inches of the two lines above a panel
@@ -62,8 +64,7 @@ def mode_gallery(model: ReducedModel, path: str | Path | None = None) -> Figure:
         )
         axes = figure.add_axes(box)
         values = model.shapes.values[mode].clip(-1, 1)
-        # not contours: their search never ends where triangles shrink towards corners
-        axes.tripcolor(triangulation, values, vmin=-1, vmax=1, cmap=COLOURS, shading="gouraud")
+        shade(axes, triangulation, values)
         axes.add_collection(LineCollection(edge, colors="0.25", linewidths=0.6, capstyle="round"))
         axes.set_title(_title(model, mode), y=1.0, pad=2, linespacing=1.15)
         axes.set_aspect(shown / ratio)
@@ -76,6 +77,15 @@ def mode_gallery(model: ReducedModel, path: str | Path | None = None) -> Figure:
     if path is not None:
         save(figure, path)
     return figure
+
+
+def shade(axes: Axes, triangulation: Triangulation, values: Array) -> TriMesh:
+    """Colour a film by values (P,) from -1 to 1, without a say in the limits of the axes."""
+    # not contours: their search never ends where triangles shrink towards corners
+    film = TriMesh(triangulation, cmap=COLOURS, norm=Normalize(-1, 1))
+    film.set_array(values)
+    axes.add_collection(film, autolim=False)  # limits would make a path of every triangle
+    return film
 
 
 def _columns(panels: int, ratio: float) -> int:

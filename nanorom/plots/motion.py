@@ -18,7 +18,7 @@ from nanorom.continuation import Branch, PeriodicOrbit
 from nanorom.errors import ModelError
 from nanorom.files.whole import atomic_path
 from nanorom.plots.curves import NEUTRAL, TAKES_PART, UNSTABLE
-from nanorom.plots.modes import outline
+from nanorom.plots.modes import outline, shade
 from nanorom.plots.style import (
     COLUMN,
     save,
@@ -30,7 +30,6 @@ from nanorom.rom import motion
 from nanorom.rom.model import ReducedModel
 from nanorom.types import Array
 
-COLOURS = "RdBu_r"
 SURFACE = "coolwarm"  # no white in the middle: a flat film must be seen
 FRAMES = 32  # of an animation, over one period
 FRAME_TIME = 100  # milliseconds
@@ -162,10 +161,7 @@ def _films(
     figure = Figure(figsize=(COLUMN, rows * high + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, field, title in zip(panels, fields, titles):
-        values = field.clip(-1, 1)
-        drawn = axes.tripcolor(
-            triangulation, values, vmin=-1, vmax=1, cmap=COLOURS, shading="gouraud"
-        )
+        drawn = shade(axes, triangulation, field.clip(-1, 1))
         axes.add_collection(LineCollection(edge, colors="0.25", linewidths=0.5))
         axes.set_title(title, pad=2)
         axes.set_aspect("equal" if ratio > 0.2 else "auto")

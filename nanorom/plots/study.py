@@ -26,10 +26,10 @@ def study_figure(study: Study, path: str | Path | None = None) -> Figure:
         for axes, key in zip(row, keys):
             across, heading = _across(study, key)
             axes.plot(across[~study.failed], factor * study[name][~study.failed], ".", markersize=3)
-            if row is panels[-1]:
-                axes.set_xlabel(heading)
-                if key in study.words:
-                    axes.set_xticks(range(len(study.words[key])), study.words[key])
+            axes.set_xlabel(heading)
+            axes.label_outer()
+            if key in study.words:
+                axes.set_xticks(range(len(study.words[key])), study.words[key])
         row[0].set_ylabel(f"{name} ({shown})" if shown else name)
     if path is not None:
         save(figure, path)

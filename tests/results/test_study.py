@@ -59,6 +59,10 @@ def test_text_and_picture_leave_out_what_failed(study, tmp_path):
     figure = study_figure(study, tmp_path / "study.png")
     drawn = figure.axes[0].lines[0].get_xydata()
     np.testing.assert_allclose(drawn, [[5.0, 1.0], [5.0, 1.1]])
+    shown = [axes.get_xlabel() for axes in figure.axes]
+    assert shown == ["", "", "plate.thickness (nm)", "plate.model"]
+    words = [label.get_text() for label in figure.axes[-1].get_xticklabels()]
+    assert words == list(study.words["plate.model"])
 
 
 def test_places_beyond_the_words_are_refused(study):
