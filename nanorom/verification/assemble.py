@@ -14,10 +14,11 @@ from nanorom.fem.routes.beam import BeamRoute
 from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.registry import ROUTES, route_of
 from nanorom.fem.routes.route import Route
+from nanorom.fem.routes.shell import ShellRoute
 from nanorom.scene.drive import Drive
 from nanorom.scene.request import MOST_MODES
 from nanorom.scene.scene import Scene
-from nanorom.verification import beam, plate
+from nanorom.verification import beam, plate, shell
 from nanorom.verification.assembled import Film
 from nanorom.verification.driven import check as check_drive
 
@@ -33,6 +34,7 @@ WORTH = 1.5  # times as many named modes at least: fewer lead where those before
 FILMS: dict[type[Route], tuple[Check, Assemble]] = {
     PlateRoute: (plate.check, plate.assemble),
     BeamRoute: (BeamRoute().check, beam.assemble),
+    ShellRoute: (ShellRoute().check, shell.assemble),
 }
 
 

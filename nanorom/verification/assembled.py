@@ -55,6 +55,13 @@ class Discrete(Protocol):
     ) -> list[Array]:
         """Derivative of the force about a state, along deflections."""
 
+    @property
+    def follows(self) -> bool:
+        """Whether what follows modes at once, at second order, is among the unknowns."""
+
+    def settled(self, classes: Classes, parts: Sequence[Array]) -> list[Array]:
+        """Motions of modes alone, with what of the film follows them at once."""
+
     def stiffening(self, parity: Parity, state: Any, modes: Array) -> Array:
         """What the mean membrane force of a state adds to the stiffness of modes (k, k)."""
 

@@ -48,6 +48,11 @@ class AxialForce:
     shapes: Array
     even: Parity = ONLY
     odd: bool = True
+    follows: bool = False  # the displacement along the beam does, and is condensed
+
+    def settled(self, classes: Classes, parts: Sequence[Array]) -> list[Array]:
+        """Deflections as they are."""
+        return list(parts)
 
     @property
     def free(self) -> Mapping[Parity, np.ndarray]:

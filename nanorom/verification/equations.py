@@ -115,6 +115,13 @@ class OrbitEquations:
         force = np.concatenate(forces) + self.modulated(samples)
         return self.linear(x, rate) + force @ self.analysis - self.direct, state
 
+    def settled(self, x: Array) -> Array:
+        """Coefficients of modes, with what of the film follows them at once."""
+        if not self.film.follows:
+            return x
+        parts = self.film.settled(self.classes, self.parts(x @ self.synthesis))
+        return np.asarray(np.concatenate(parts) @ self.analysis)
+
     def along(self, state: Any, change: Array, rate: float) -> Array:
         """Derivative of R along a change of the coefficients, about a state."""
         samples = change @ self.synthesis

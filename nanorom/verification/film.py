@@ -67,6 +67,11 @@ class DiscreteFilm:
     even: Parity
     shape: Array | None = None
     gate: Gate | None = None
+    follows: bool = False  # the in-plane displacement does, and is condensed
+
+    def settled(self, classes: Classes, parts: Sequence[Array]) -> list[Array]:
+        """Deflections as they are."""
+        return list(parts)
 
     def nodal(self, parity: Parity, values: Array) -> Array:
         """Nodal values (nodes, m) of free ones (free, m) of a class."""

@@ -15,6 +15,7 @@ import attrs
 import numpy as np
 
 from nanorom.types import Array
+from nanorom.verification.elimination import made
 from nanorom.verification.preconditioner import Border, Model, Preconditioner
 
 MOST_KEPT = 80  # directions that later systems know: 1 MB each
@@ -72,7 +73,7 @@ class LinearSystem:
         self.model, self.rate, self.state, self.border = model, rate, state, border
         self.shape = x.shape
         self.by_rate = model.equations.by_rate(x, rate)
-        self.preconditioner = preconditioner or Preconditioner(model, x, rate, state, border)
+        self.preconditioner = preconditioner or made(model, x, rate, state, border)
         self.known = known or Directions.none()
 
     def apply(self, change: Array) -> Array:

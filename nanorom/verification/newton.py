@@ -117,10 +117,10 @@ def correct(
             break
         share = 1.0
         for _ in range(MOST_HALVINGS + 1):
-            tried = x + share * change, rate + share * by_rate
-            residual, state = equations.residual(*tried)
-            evaluations += 1
-            new = equations.norm(residual) / equations.driving(tried[0])
+            turned = rate + share * by_rate
+            tried = system.preconditioner.placed(x + share * change, turned)
+            evaluations += tried.evaluations
+            new = tried.size / equations.driving(tried.coefficients)
             if new < size or (step == 0 and new < GROWTH * size):
                 break
             share *= 0.5
@@ -128,7 +128,8 @@ def correct(
             break
         stalled = new > 0.5 * size and new > tolerance
         slow += new > SLOW * size
-        x, rate, size = *tried, new
+        x, rate, size = tried.coefficients, turned, new
+        residual, state = tried.residual, tried.state
         if stalled and size <= ACCEPTED:
             return Corrected(x, rate, size, evaluations, step + 1)
         if slow == MOST_SLOW:

@@ -77,6 +77,10 @@ class Model:
             found.append((d.momenta if momenta else d.modes)[:, :count] @ own)
         return np.concatenate(found)
 
+    def orbit(self, amplitudes: Array) -> Array:
+        """The film's coefficients (n, 2H + 1) of modal ones (L, 2H + 1), what follows included."""
+        return self.equations.settled(self.expand(amplitudes))
+
     def jacobian(self, x: Array, rate: float) -> Array:
         """dR/dX of the modal equations about a film's coefficients, harmonic by harmonic."""
         amplitude, frequency = self.scaled.amplitude, self.scaled.frequency
@@ -95,17 +99,33 @@ class Model:
         modal = self.project(x, momenta=True).T / amplitude
         across = np.append((border.direction * amplitude).ravel(), border.slope * frequency)
         found, turn, _ = self.balance.correct(modal, rate / frequency, across, tolerance)
-        return self.expand(amplitude * found.T), float(turn * frequency)
+        return self.orbit(amplitude * found.T), float(turn * frequency)
 
     def direction(self, x: Array, rate: float) -> tuple[Array, float]:
-        """Unit tangent of the modal branch: of the coefficients (2H + 1, L) and of the rate.
+        """Tangent of the modal branch: of the coefficients (2H + 1, L) and of the rate.
 
-        About a film's coefficients that solve the modal equations.
+        About a film's coefficients that solve the modal equations.  It is of unit length where the
+        orbit's size and the rate are one, so that the unit of deflection makes no difference.
         """
         by_rate = self.project(self.equations.by_rate(x, rate), momenta=False).T
         slope = np.linalg.solve(self.jacobian(x, rate), -by_rate.ravel())
-        length = float(np.sqrt(1.0 + slope @ slope))
-        return slope.reshape(by_rate.shape) / length, 1.0 / length
+        unit = float(np.linalg.norm(self.project(x, momenta=True))) / rate
+        length = float(np.sqrt(1.0 + slope @ slope / unit**2))
+        return slope.reshape(by_rate.shape) / (unit**2 * length), 1.0 / length
+
+
+@attrs.frozen(eq=False)
+class Placed:
+    """Coefficients (n, 2H + 1), the residual that they leave, its norm, and the film's state.
+
+    evaluations : of the force that it took.
+    """
+
+    coefficients: Array
+    residual: Array
+    state: Any
+    size: float
+    evaluations: int
 
 
 class Preconditioner:
@@ -129,17 +149,28 @@ class Preconditioner:
 
     def __call__(self, forces: Array, last: float) -> tuple[Array, float]:
         """Changes of the coefficients and of the rate for a right-hand side."""
-        model, rows = self.model, self.equations.direct.shape[1]
+        amplitudes, rate = self.modal(forces, last)
+        return self.beyond(forces - rate * self.by_rate) + self.model.expand(amplitudes), rate
+
+    def placed(self, x: Array, rate: float) -> Placed:
+        """The residual that coefficients leave, these moved where that is cheap."""
+        residual, state = self.equations.residual(x, rate)
+        return Placed(x, residual, state, self.equations.norm(residual), 1)
+
+    def modal(self, forces: Array, last: float) -> tuple[Array, float]:
+        """Change of the named modes (L, 2H + 1) and of the rate, all else at rest."""
+        model = self.model
         modal = np.append(model.project(forces, momenta=False).T.ravel(), last)
         solved = sl.lu_solve(self._modal, modal, check_finite=False)
-        rate = float(solved[-1])
-        amplitudes = solved[:-1].reshape(rows, model.size).T
-        outside = forces - rate * self.by_rate
-        outside -= model.expand(model.project(outside, momenta=False), momenta=True)
+        return solved[:-1].reshape(-1, model.size).T, float(solved[-1])
+
+    def beyond(self, forces: Array) -> Array:
+        """Change (n, 2H + 1) of what is not named, the named modes at rest."""
+        model = self.model
+        outside = forces - model.expand(model.project(forces, momenta=False), momenta=True)
         found = [b(part) for b, part in zip(self._beyond, self.equations.parts(outside))]
         change = np.concatenate(found)
-        change -= model.expand(model.project(change, momenta=True))
-        return change + model.expand(amplitudes), rate
+        return np.asarray(change - model.expand(model.project(change, momenta=True)))
 
 
 @attrs.frozen(eq=False)

@@ -55,7 +55,7 @@ class Problem:
         """Coefficients and rate of an orbit of the model's modes, or of all named ones."""
         amplitudes = self.film.all_named(orbit.coefficients)[:, self.active]
         rate = orbit.omega / orbit.period_multiple * self.film.units.time
-        return self.model.expand((amplitudes / self.film.scale[self.active]).T), rate
+        return self.model.orbit((amplitudes / self.film.scale[self.active]).T), rate
 
     def nearer(
         self, border: Border, start: tuple[Array, float] | None = None
@@ -107,7 +107,7 @@ def pose(driven: DrivenFilm, orbit: PeriodicOrbit) -> Problem:
     active = np.concatenate(own)
     model = Model(equations, [len(some) for some in own], _some(driven.system, active))
     amplitudes = film.all_named(orbit.coefficients)[:, active]
-    start = model.expand((amplitudes / film.scale[active]).T)
+    start = model.orbit((amplitudes / film.scale[active]).T)
     return Problem(film, model, active, start, rate)
 
 
