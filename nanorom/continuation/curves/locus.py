@@ -74,6 +74,7 @@ def locus(
     largest_step: float = 0.1,
     tolerance: float = 1e-9,
     at: Sequence[float] = (),
+    turns: bool = True,
     codimension_two: bool = True,
 ) -> Locus:
     """Follow a special point of `explore` in the plane of frequency and another parameter.
@@ -93,6 +94,7 @@ def locus(
         size of the orbit, the frequency and the level
     tolerance : size of the last harmonics, relative to the orbit
     at : levels at which there are to be points of the curve, in the unit of `level`
+    turns : whether to locate where the level turns back; a curve without is had for a third
     codimension_two : whether to look for what is met on the way, by multipliers of every orbit
 
     Raises
@@ -117,6 +119,7 @@ def locus(
         limits=((low, high), (least, most)),
         tolerance=tolerance,
         at=[value / line.size for value in at],
+        turning=turns,
     )
     first = _scaled(point, unit, start / line.size)
     one, other = (curve.follow(first, sign, steps, largest_step) for sign in (1.0, -1.0))
