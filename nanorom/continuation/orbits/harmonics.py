@@ -23,7 +23,6 @@ Index = NDArray[np.int64]
 LONG_LADDER = (180, 216, 260, 312, 375, 450, 540, 650)  # for few modes
 HARMONIC_LADDER = (3, 5, 7, 9, 11, 13, 15, 18, 21, 25, 30, 36, 43, 51, 61, 73, 87, 104, 125, 150)
 BANDS = 8  # of harmonics
-SAMPLES = 3  # of a period, by the harmonics
 ABSENT = 1e-9  # coefficients of an orbit, relative to the largest, that are round-off
 
 
@@ -227,9 +226,8 @@ def _mark(table: NDArray[np.bool_], excited: NDArray[np.bool_], residues: tuple[
 class Basis:
     """Sampling and product tables for the harmonics up to H that a support allows.
 
-    A cubic force has 3H harmonics and is projected on H, which needs 4H + 1 samples of a period, or
-    half of them where the support is symmetric; 3H + 2 make an error as small as the harmonic
-    2H of the orbit, the square of what is left out anyway, and the Jacobian that of the same force.
+    Sampling is exact for a cubic force: the products have 3H harmonics and are projected on H,
+    which needs 4H + 1 samples of a period, or half of them where the support is symmetric.
     """
 
     def __init__(self, support: Support, harmonics: int, period_multiple: int) -> None:
@@ -248,8 +246,7 @@ class Basis:
         self._derivative_tables()
         self._take(self.allowed)
 
-        bandwidth = SAMPLES * harmonics + 2
-        bandwidth += -bandwidth % 4
+        bandwidth = 4 * harmonics + 2 + (-harmonics * 4 - 2) % 4
         bandwidth = max(bandwidth, 4 * (period_multiple + 1))
         self.samples = bandwidth // 2 if support.symmetric else bandwidth
         self.angles = 2 * np.pi / bandwidth * np.arange(self.samples)
