@@ -224,6 +224,11 @@ class Scene(metaclass=_Loaded):
         return self.load is None and self.plate.initial_shape is None
 
     @property
+    def patches(self) -> tuple[Region, ...]:
+        """Regions, and outlines of gates: cells follow the edges of all of them."""
+        return self.regions + (self.load.patches if self.load is not None else ())
+
+    @property
     def lossy(self) -> bool:
         """The film's material or the gas about it damps every mode."""
         return self.bends_with_loss or self.gas is not None

@@ -12,6 +12,7 @@ from nanorom.scene.cavity import Cavity
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Plate, Tension
+from nanorom.scene.gate import Gate
 from nanorom.scene.geometry import SHAPES
 from nanorom.scene.instrument import Instrument
 from nanorom.scene.layers import Layer
@@ -45,6 +46,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "region": Region,
     **{f"region, {name}": kind for name, kind in REGIONS.items()},
     "load": Load,
+    "load, gate": Gate,
     "gas": Gas,
     "damping": Damping,
     "drive": Drive,
