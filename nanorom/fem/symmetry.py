@@ -32,7 +32,9 @@ class Mirrors:
     @classmethod
     def of(cls, scene: Scene) -> Mirrors:
         """Mirrors of a scene: tensions along the axes have both; shape, supports, masses decide."""
-        if scene.tension.xy or not elasticity.is_aligned(scene.material.law):
+        if scene.tension.xy or scene.tension.variation is not None:
+            return cls()
+        if not elasticity.is_aligned(scene.material.law):
             return cls()
         lies = [[each == 0 for each in mass.position] for mass in scene.masses]
         lies += [[m and not region.sheared for m in region.mirrored] for region in scene.patches]
@@ -80,7 +82,7 @@ def is_symmetric(scene: Scene) -> bool:
     centred = scene.load is None or scene.load.centred
     centred = centred and all(mass.centred for mass in scene.masses)
     centred = centred and all(all(region.mirrored) for region in scene.patches)
-    return centred and scene.plate.initial_shape is None
+    return centred and scene.plate.initial_shape is None and scene.tension.variation is None
 
 
 def is_of_revolution(scene: Scene) -> bool:

@@ -9,6 +9,7 @@ from nanorom.scene.geometry import MeshFile
 from nanorom.scene.parted import check_gates, check_regions
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
+from nanorom.scene.wrinkles import Unevenness
 
 if TYPE_CHECKING:
     from nanorom.scene.scene import Scene
@@ -37,6 +38,16 @@ def check_film(scene: Scene) -> None:
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
             f"for a {model}"
         )
+    if tension.variation is not None and not (rules.planar and rules.shallow):
+        raise SceneError(
+            f"tension.variation: found beside plate.model = {model}; allowed: plate, membrane"
+        )
+    if isinstance(tension.variation, Unevenness) and rules.bends is False:
+        if not tension.variation.amplitude < tension.smallest:
+            raise SceneError(
+                f"tension.variation.amplitude: found {tension.variation.amplitude:g} N/m; allowed: "
+                f"less than the tension, {tension.smallest:g} N/m, for a {model}"
+            )
     if not rules.planar and tension.xy:
         raise SceneError(
             f"tension.xy: found {tension.xy:g} N/m beside plate.model = {model}; "

@@ -299,6 +299,9 @@ class Scene(metaclass=_Loaded):
         if isinstance(table.get("initial_shape"), str) and table["initial_shape"]:
             table["initial_shape"] = str(Path(directory) / table["initial_shape"])
         plate = stack.plate(table) if stack else v.from_table(Plate, "plate", table)
+        pull = document.get("tension")
+        if isinstance(pull, Mapping) and isinstance(pull.get("variation"), str):
+            document["tension"] = {**pull, "variation": str(Path(directory) / pull["variation"])}
         given: dict[str, Any] = {"plate": plate, **(stack.film() if stack else {})}
         regions = document.pop("region", ())
         for name, table in document.items():

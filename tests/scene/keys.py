@@ -26,7 +26,7 @@ from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.spread import Spreads
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
-from nanorom.scene.wrinkles import Wrinkles
+from nanorom.scene.wrinkles import Unevenness, Wrinkles
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
 SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
@@ -34,6 +34,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "plate, initial_shape": Wrinkles,
     "material": Material,
     "tension": Tension,
+    "tension, variation": Unevenness,
     "support": Support,
     "support, springs": Spring,
     "support, in_plane": Edge,
