@@ -112,7 +112,13 @@ def _info(parser: argparse.ArgumentParser) -> None:
 
 def _respond(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
-    parser.add_argument("sweep", type=Path, metavar="SWEEP", help="TOML with [drive] and [sweep]")
+    parser.add_argument(
+        "sweep",
+        type=Path,
+        metavar="SWEEP",
+        nargs="?",
+        help="TOML with [drive] and [sweep] (those of the scene that the model is of)",
+    )
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="RESPONSE", help="response.h5"
     )
