@@ -41,15 +41,15 @@ from nanorom.version import version
 NO_ISOLAS = "isolas are not looked for along curves of folds where the film's heat has states"
 
 
-def _empty(model: ReducedModel, drive: Drive, sweep: Sweep, readout: Instrument | None) -> Response:
+def _empty(model: ReducedModel, asked: Excitation) -> Response:
     """A response without its diagrams."""
     return Response(
         diagrams=(),
-        drive=drive,
-        sweep=sweep,
+        drive=asked.drive,
+        sweep=asked.sweep,
         frequency=model.frequency,
         label=model.label,
-        readout=readout,
+        readout=asked.readout,
     )
 
 
@@ -90,19 +90,30 @@ def respond(
     model = stored.given(ReducedModel, model)
     check_range(model.diagnostics)
     asked = Excitation.asked(model.scene, drive, sweep, damping, readout)
-    drive, sweep = asked.drive, asked.sweep
-    question = Question(drive, sweep, asked.damping)
+    return _followed(model, asked, progress, processes, path)
+
+
+def _followed(
+    model: ReducedModel,
+    asked: Excitation,
+    progress: Progress | None,
+    processes: int | None,
+    path: str | Path | None,
+) -> Response:
+    """The response of a model to what is asked of it, saved level by level."""
+    question = Question(asked.drive, asked.sweep, asked.damping)
     system, omega, options = question.of(model)
-    empty = _empty(model, drive, sweep, asked.readout)
+    empty = _empty(model, asked)
     key = key_of(system, omega, options)
     found = {} if path is None else resume(path, empty, key)
-    total = len(drive.levels)
-    missing = {number: drive.levels[number] for number in range(total) if number not in found}
+    levels = asked.drive.levels
+    total = len(levels)
+    missing = {number: levels[number] for number in range(total) if number not in found}
     with watched(progress) as told, growing(empty, key, found) as file:
         told("drive levels", len(found), total)
         try:
-            levels, numbers = list(missing.values()), list(missing)
-            given = system, omega, levels, processes, _watch(told, numbers, found, total)
+            numbers, watch = list(missing), _watch(told, list(missing), found, total)
+            given = system, omega, list(missing.values()), processes, watch
             for place, diagram in explore_each(*given, **options):
                 number = numbers[place]
                 found[number] = _of_modes(diagram, model.size, omega[0])
@@ -171,7 +182,7 @@ def _interrupted(empty: Response, found: Mapping[int, Diagram]) -> Response:
     warnings.warn(
         f"interrupted: {response.unfinished} of {len(empty.drive.levels)} drive levels are missing",
         AccuracyWarning,
-        stacklevel=3,
+        stacklevel=4,
     )
     return response
 
