@@ -225,10 +225,11 @@ def verify(
     check(scene, scene.drive if response is None else None)
     if response is None:
         response = _followed(scene, progress)
-    elif isinstance(response, (str, Path)):
+    else:
+        from nanorom.files import stored
         from nanorom.results.response import Response
 
-        response = Response.load(response)
+        response = stored.given(Response, response)
     found = campaign(scene, response, level, points, solve, progress, more)
     if path is not None and mpi_rank() == 0:
         found.save(path)
