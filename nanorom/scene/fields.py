@@ -231,6 +231,13 @@ def from_table(cls: type[Section], section: str, table: Any, **more: Any) -> Sec
     return cls(**{fields[key].name: value for key, value in table.items()}, **more)
 
 
+def taken(cls: type[Section], section: str, given: Any, short: Callable[[Any], Section]) -> Section:
+    """A section as it is, of a table of its keys, or of what ``short`` makes it of."""
+    if isinstance(given, cls):
+        return given
+    return from_table(cls, section, given) if isinstance(given, Mapping) else short(given)
+
+
 def _by_key(section: str, table: Mapping[str, Any], keys: dict[str, str]) -> dict[str, Any]:
     for name, key in keys.items():
         if name in table and key in table:

@@ -255,9 +255,18 @@ class Scene(metaclass=_Loaded):
             raise SceneError(f"{path}: {error}") from None
 
     @classmethod
-    def of(cls, scene: Scene | str | Path) -> Scene:
-        """A scene as it is, or read from the file of a name; raises SceneError."""
-        return scene if isinstance(scene, Scene) else cls.from_file(scene)
+    def of(cls, scene: Scene | str | Path | Mapping[str, Any]) -> Scene:
+        """A scene as it is, of tables, or read from the file of a name; raises SceneError."""
+        if isinstance(scene, Scene):
+            return scene
+        if isinstance(scene, Mapping):
+            return cls.from_dict(scene)
+        if isinstance(scene, (str, Path)):
+            return cls.from_file(scene)
+        raise SceneError(
+            f"scene: found {type(scene).__name__}; allowed: a Scene, its tables, or the name of a "
+            "scene file"
+        )
 
     @classmethod
     def from_toml(cls, text: str, directory: str | Path = ".") -> Scene:
