@@ -119,14 +119,14 @@ class Load:
         return self.gates or ()
 
     def level(self, quantity: str) -> float | None:
-        """What a key says, by which all loads rise together; of gates the first voltage not 0."""
+        """What a key says in SI, by which all loads rise; of gates the first voltage not 0."""
         if quantity == "voltage" and self.gates is not None:
             return next((gate.voltage for gate in self.gates if gate.voltage), None)
         found: float | None = getattr(self, quantity)
         return found
 
     def risen(self, quantity: str, value: float) -> Load:
-        """With another value of a key; all gates in proportion to the one of `level`."""
+        """With another value of a key in SI; all gates in proportion to the one of `level`."""
         if quantity != "voltage" or self.gates is None:
             return attrs.evolve(self, **{quantity: value})
         share = value / (self.level(quantity) or 1.0)
