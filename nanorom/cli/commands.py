@@ -118,8 +118,9 @@ def respond_command(options: argparse.Namespace) -> None:
     from nanorom.scene.excitation import Excitation
 
     check_writable(options.output)
-    excitation = Excitation.from_file(options.sweep)
     model = ReducedModel.load(options.model)
+    sweep = options.sweep
+    excitation = Excitation.asked(model.scene) if sweep is None else Excitation.from_file(sweep)
     with progress_bar() as progress:
         respond(
             model,
