@@ -101,11 +101,8 @@ def locus(
     ------
     ContinuationError : for an unknown parameter or a point that cannot be followed
     """
-    added = not isinstance(parameter, str)  # from 0 at the point
-    if added:
-        _check_level(level, 0.0)
-    size = max(abs(level[0]), abs(level[1])) if added else 0.0
-    line, start = through(system, parameter, {"direct": direct, "parametric": parametric}, size)
+    given = {"direct": direct, "parametric": parametric}
+    line, start = through(system, parameter, given, _size(parameter, level))
     unit = line.unit
     low, high = (value / unit.frequency for value in check_range(omega))
     _check_level(level, start)
@@ -124,6 +121,14 @@ def locus(
     first = _scaled(point, unit, start / line.size)
     one, other = (curve.follow(first, sign, steps, largest_step) for sign in (1.0, -1.0))
     return _result(point, line, other[::-1] + one[1:])
+
+
+def _size(parameter: str | Mapping[str, object], level: tuple[float, float]) -> float:
+    """The largest multiple of arrays that are added, from 0 at the point; 0 of other parameters."""
+    if isinstance(parameter, str):
+        return 0.0
+    _check_level(level, 0.0)
+    return max(abs(level[0]), abs(level[1]))
 
 
 def _check_level(level: tuple[float, float], start: float) -> None:
