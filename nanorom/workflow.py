@@ -181,10 +181,12 @@ def manifold(
     Of a ReducedModel or ModalSystem all other modes follow
     (`nanorom.rom.manifold.reduced.manifold` has the parameters and errors).  Of a Scene every
     degree of freedom of the film does, its in-plane inertia included, which needs DOLFINx
-    (`nanorom.verification.manifold.manifold`).
+    (`nanorom.verification.manifold.manifold`), or the one in a file of a scene.
     """
     from nanorom.rom.manifold import reduced
 
+    if isinstance(model, (str, Path)):
+        model = Scene.of(model)
     if not isinstance(model, Scene):
         return reduced.manifold(model, masters, order, style, **options)
     with finite_elements():

@@ -44,11 +44,11 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
     What is drawn may be the name of its file instead.
     """
 
-    drawn_kinds = next(iter(draw.__annotations__.values()))
+    drawn_kinds = next(iter(draw.__annotations__.values()), "")  # of demos there are none
 
     @wraps(draw)
     def drawn(content: Any, *args: Any, **options: Any) -> Figure:
-        if isinstance(content, (str, Path)):
+        if drawn_kinds and isinstance(content, (str, Path)):
             path, content = content, stored.load(content)
             kind = type(content).__name__
             if kind not in drawn_kinds:
