@@ -316,7 +316,8 @@ def to_table(section: Any) -> str:
 def to_toml_value(value: Any) -> str:
     """A value as TOML."""
     if attrs.has(type(value)) and _fields(type(value)):
-        known = {key: getattr(value, field.name) for key, field in _fields(type(value)).items()}
+        known = {"shape": getattr(value, "shape", None)}
+        known |= {key: getattr(value, field.name) for key, field in _fields(type(value)).items()}
         value = {key: each for key, each in known.items() if each is not None}
     if isinstance(value, Mapping):
         pairs = ", ".join(f"{to_toml_value(str(k))} = {to_toml_value(v)}" for k, v in value.items())
