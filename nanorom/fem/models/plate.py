@@ -115,7 +115,7 @@ class Plate:
         """
         mesh, stiffness = domain.mesh, stiffness or Stiffness()
         mirrors = mirrors or Mirrors()
-        springs = stiffness.springs
+        springs, yielding = stiffness.springs, stiffness.in_plane
         rigid = [name for name, (transverse, _) in springs.items() if transverse is None]
         deflections, plane = domain.once(
             ("spaces", degree),
@@ -133,8 +133,8 @@ class Plate:
             bending=stiffness.bending > 0 if bending is None else bending,
             held=domain.facets_of([*clamped, *pinned, *rigid]),
             holding=domain.once(
-                ("holding", degree, *sorted(kinds.items()), *sorted(stiffness.in_plane.items())),
-                lambda: Holding.of(domain, degree, plane, kinds, stiffness.in_plane),
+                ("holding", degree, *sorted(kinds.items()), *sorted(yielding.items())),
+                lambda: Holding.of(domain, degree, plane, kinds, yielding),
             ),
             clamped=edge,
             deflections=deflections,
