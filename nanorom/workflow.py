@@ -181,10 +181,12 @@ def manifold(
     Of a ReducedModel or ModalSystem all other modes follow
     (`nanorom.rom.manifold.reduced.manifold` has the parameters and errors).  Of a Scene every
     degree of freedom of the film does, its in-plane inertia included, which needs DOLFINx
-    (`nanorom.verification.manifold.manifold`).
+    (`nanorom.verification.manifold.manifold`), or the one in a file of a scene.
     """
     from nanorom.rom.manifold import reduced
 
+    if isinstance(model, (str, Path)):
+        model = Scene.of(model)
     if not isinstance(model, Scene):
         return reduced.manifold(model, masters, order, style, **options)
     with finite_elements():
@@ -223,10 +225,11 @@ def verify(
     check(scene, scene.drive if response is None else None)
     if response is None:
         response = _followed(scene, progress)
-    elif isinstance(response, (str, Path)):
+    else:
+        from nanorom.files import stored
         from nanorom.results.response import Response
 
-        response = Response.load(response)
+        response = stored.given(Response, response)
     found = campaign(scene, response, level, points, solve, progress, more)
     if path is not None and mpi_rank() == 0:
         found.save(path)

@@ -37,15 +37,16 @@ def tune(
     """States and frequencies of a scene whose [load] takes one value after the other. Collective.
 
     quantity : "voltage", "pressure" or "force", a key of the scene's [load]; values : rising, in
-    SI.  The other loads of the scene rise with it.  One mesh serves all states: that of the
-    scene's tolerance.  Raises SceneError, or SolverError that says what load was reached.
+    SI.  The other loads of the scene rise with it, all gates in proportion.  One mesh serves all
+    states: that of the scene's tolerance.  Raises SceneError, or SolverError that says what load
+    was reached.
     """
     load = scene.load
-    if load is None or quantity not in UNITS or getattr(load, quantity) is None:
+    if load is None or quantity not in UNITS or load.level(quantity) is None:
         raise SceneError(f"load.{quantity}: missing; it is what the frequencies are tuned by")
     if len(values) == 0 or values[-1] == 0.0 or np.any(np.diff(np.abs(values)) <= 0):
         raise SceneError(f"load.{quantity}: the values of the curve are not rising")
-    film = LoadedFilm(scene, attrs.evolve(load, **{quantity: float(values[-1])}), quantity, comm)
+    film = LoadedFilm(scene, load.risen(quantity, float(values[-1])), quantity, comm)
     shares = np.array(values) / values[-1]
     if quantity == "voltage":
         shares = shares**2  # the force goes with the square
@@ -70,7 +71,7 @@ def follow(
     SolverError that says what load was reached.
     """
     load = scene.load
-    asked = [] if load is None else [q for q in UNITS if getattr(load, q)]
+    asked = [] if load is None else [q for q in UNITS if load.level(q)]
     if load is None or not asked:
         raise SceneError(f"load: a curve needs one; allowed: {', '.join(UNITS)}, not 0")
     film = LoadedFilm(scene, load, asked[0], comm)
@@ -139,7 +140,7 @@ class LoadedFilm:
         share = np.sqrt(point.magnitude) if self.quantity == "voltage" else point.magnitude
         deflection = self.units.deflection
         return (
-            float(share * getattr(self.load, self.quantity)) + 0.0,  # no -0
+            float(share * (self.load.level(self.quantity) or 0.0)) + 0.0,  # no -0
             np.nan if centre is None else deflection * centre,
             deflection * largest,
             frequency,
@@ -149,7 +150,7 @@ class LoadedFilm:
         """The curve of some rows and of the limit points on their path."""
         load, centre, largest, frequency = zip(*rows)
         shares = np.sqrt(limits) if self.quantity == "voltage" else np.array(limits)
-        turned = shares * getattr(self.load, self.quantity)
+        turned = shares * (self.load.level(self.quantity) or 0.0)
         return LoadCurve(
             self.quantity, load, centre, largest, frequency, turned, self.lumped, self.label
         )

@@ -83,7 +83,7 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
         return Discretisation(source, degree, order, corners=_corners(scene, length, tolerance))
     if isinstance(geometry, Disc):
         circles = radii(scene, length)
-        if scene.regions or len(circles) > 1:
+        if scene.patches or len(circles) > 1:
             found = _parted_disc(degree, order, size, layer, mirrors, tolerance, circles)
         else:
             spot = _spot(scene, length, tolerance)
@@ -137,7 +137,7 @@ def _rate(scene: Scene) -> float:
     kinds = list(scene.supports.values())
     if isinstance(scene.geometry, MeshFile):
         kinds = list(scene.support.named.values()) or [scene.support.default]
-    pointwise = "free" in map(deflection_of, kinds) or scene.regions
+    pointwise = "free" in map(deflection_of, kinds) or scene.patches
     return POINT_RATE if pointwise else RATE
 
 
@@ -292,7 +292,7 @@ def _rectangle(
         n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
         widths = np.concatenate([low[::-1], np.full(n_inner, inner / n_inner), high])
         lines[axis] = np.concatenate([[0.0], np.cumsum(widths)]) + start
-        edges = lines_of(scene.regions, length, axis, (start, side / 2))
+        edges = lines_of(scene.patches, length, axis, (start, side / 2))
         if edges:
             inside = _end_rows("clamped", min(size, side / 2), layer, tolerance)
             ends = [start, *edges, side / 2]

@@ -216,13 +216,12 @@ class Plate:
         return energy
 
     def attraction_energy(self, w: Any) -> Any:
-        """Energy of the attraction to the gate beyond second order in w."""
+        """Energy of the attraction to the gates beyond second order in w."""
         assert self.state.attraction is not None
         gate = self.state.attraction.on(self.domain.mesh)
         height = 0.0 if self.state.shape is None else self.state.shape
         rise = gate.potential(height + w) - gate.potential(height)
-        first = 0.5 * gate.strength / (gate.gap - height) ** 2
-        density = rise - first * w - 0.5 * gate.stiffness(height) * w**2
+        density = rise - gate.pressure(height) * w - 0.5 * gate.stiffness(height) * w**2
         return -density * self.dx(self.stretching_degree)
 
     def tension_energy(self, w: Any) -> Any:
