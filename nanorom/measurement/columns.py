@@ -36,13 +36,17 @@ _DECIBELS = re.compile(r"dB(?:[mVu]|mV|uV|µV|FS)?", re.IGNORECASE)
 _ARBITRARY = {"a.u.", "au", "arb", "arb.", "arb. u.", "arb. units", "arb.u.", "counts"}
 
 
+def _usual(unit: str) -> str:
+    return "deg" if unit.lower() in DEGREES else unit
+
+
 @attrs.frozen
 class Heading:
     """Name of a column in lower case, as it stands in the file, and its unit or ""."""
 
     name: str
     text: str
-    unit: str = attrs.field(converter=lambda unit: "deg" if unit.lower() in DEGREES else unit)
+    unit: str = attrs.field(converter=_usual)
 
     @classmethod
     def of(cls, text: str) -> Heading:
