@@ -34,13 +34,17 @@ MOST_DETOUR = 20  # steps of a path per point asked for
 
 
 def tune(
-    scene: Scene, quantity: str, values: Sequence[float], comm: MPI.Comm = MPI.COMM_WORLD
+    scene: Scene,
+    quantity: str,
+    values: Sequence[float],
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    hardening: bool = False,
 ) -> LoadCurve:
     """States and frequencies of a scene whose [load] takes one value after the other. Collective.
 
     quantity : "voltage", "pressure" or "force", a key of the scene's [load]; values : rising, in
     SI.  The other loads of the scene rise with it, all gates in proportion.  One mesh serves all
-    states: that of the scene's tolerance.  Raises SceneError, or SolverError that says what load
+    states: that of the scene's tolerance.  hardening : with cubic coefficients.  Raises SceneError, or SolverError that says what load
     was reached.
     """
     load = scene.load
@@ -51,7 +55,7 @@ def tune(
             f"at: found {', '.join(f'{value:g}' for value in values)} {UNITS[quantity]}; allowed: "
             "values that rise, the last one not 0"
         )
-    film = LoadedFilm(scene, load.risen(quantity, float(values[-1])), quantity, comm)
+    film = LoadedFilm(scene, load.risen(quantity, float(values[-1])), quantity, comm, hardening)
     shares = np.array(values) / values[-1]
     if quantity == "voltage":
         shares = shares**2  # the force goes with the square
@@ -110,15 +114,19 @@ def grown(scene: Scene) -> tuple[Load, str]:
 def tune_at(scene: Scene, values: Any, comm: MPI.Comm = MPI.COMM_WORLD) -> LoadCurve:
     """`tune` of the key by which a scene's load grows, at quantities or SI numbers. Collective."""
     _, quantity = grown(scene)
-    return tune(scene, quantity, v.read_quantities(values, UNITS[quantity], "at"), comm)
+    loads = v.read_quantities(values, UNITS[quantity], "at")
+    return tune(scene, quantity, loads, comm, hardening=True)
 
 
 class LoadedFilm:
     """The static problem of a scene under growing shares of a load. Collective."""
 
-    def __init__(self, scene: Scene, load: Load, quantity: str, comm: MPI.Comm) -> None:
+    def __init__(
+        self, scene: Scene, load: Load, quantity: str, comm: MPI.Comm, hardening: bool = True
+    ) -> None:
         check_of_plates(scene, "a curve")
         self.scene, self.load, self.quantity, self.comm = scene, load, quantity, comm
+        self.hardening = hardening
         plan = Plan.of(scene)
         self.scales = plan.scales
         chosen = plan.discretisation(scene.accuracy.tolerance)
@@ -173,7 +181,9 @@ class LoadedFilm:
         modes, told = names.name(self.scene, modes)
         told = told[:count]
         frequency = self.scales.frequency(modes.eigenvalues[:count])
-        cubic = effective_cubic(self.scene, self.scales, self.units, modes, told, tension)
+        cubic = np.full(count, np.nan)
+        if self.hardening:
+            cubic = effective_cubic(self.scene, self.scales, self.units, modes, told, tension)
         self.label = self.label or told
         if sorted(told) != sorted(self.label):
             return frequency, cubic
@@ -195,7 +205,7 @@ class LoadedFilm:
             self.lumped,
             self.label,
             tension,
-            cubic,
+            cubic if self.hardening else None,
         )
 
     def _lumped_pull_in(self) -> float | None:

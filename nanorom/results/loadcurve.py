@@ -133,9 +133,12 @@ class LoadCurve:
         names = [f"{self.quantity} ({UNITS[self.quantity]})", "centre (m)", "largest (m)"]
         names += [f"{name} (Hz)" for name in self.names]
         rows = np.column_stack([self.load, self.centre, self.largest, self.frequency])
-        if self.tension is not None and self.cubic is not None:
-            names += ["tension (N/m)", *(f"cubic {name} (N/m^3)" for name in self.names)]
-            rows = np.column_stack([rows, self.tension, self.cubic])
+        if self.tension is not None:
+            names.append("tension (N/m)")
+            rows = np.column_stack([rows, self.tension])
+        if self.cubic is not None:
+            names += [f"cubic {name} (N/m^3)" for name in self.names]
+            rows = np.column_stack([rows, self.cubic])
         with atomic_path(path) as temporary:
             np.savetxt(temporary, rows, "%.10g", ",", header=",".join(names), comments="")
 
@@ -160,8 +163,9 @@ class LoadCurve:
         ]
         frequencies, hertz = tabulated(self.frequency, "Hz")
         columns += [(name, frequencies[i::size], hertz) for i, name in enumerate(self.names)]
-        if self.tension is not None and self.cubic is not None:
+        if self.tension is not None:
             columns.append(("tension", *tabulated(self.tension, "N/m")))
+        if self.cubic is not None:
             columns += [
                 (f"cubic {name}", [f"{value:.4g}" for value in column.tolist()], "N/m^3")
                 for name, column in zip(self.names, self.cubic.T)
