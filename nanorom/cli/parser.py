@@ -161,9 +161,16 @@ def _export(parser: argparse.ArgumentParser) -> None:
 
 
 def _effective(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
+    parser.add_argument(
+        "model", type=Path, metavar="ROM", help="rom.h5, or a scene (.toml) that is reduced first"
+    )
     parser.add_argument("--mode", default="1", help="number or name of the mode (1)")
     parser.add_argument("--order", default="7", help="of the manifold (7)")
+    parser.add_argument(
+        "--film",
+        action="store_true",
+        help="of a scene: let every degree of freedom of the film follow, not its modes alone",
+    )
     parser.add_argument(
         "--reach", metavar="AMPLITUDE", help='raise the order until it holds to there ("20 nm")'
     )

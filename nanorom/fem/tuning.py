@@ -44,8 +44,8 @@ def tune(
 
     quantity : "voltage", "pressure" or "force", a key of the scene's [load]; values : rising, in
     SI.  The other loads of the scene rise with it, all gates in proportion.  One mesh serves all
-    states: that of the scene's tolerance.  hardening : with cubic coefficients.  Raises SceneError, or SolverError that says what load
-    was reached.
+    states: that of the scene's tolerance.  hardening : with cubic coefficients.  Raises SceneError,
+    or SolverError that says what load was reached.
     """
     load = scene.load
     if load is None or quantity not in UNITS or load.level(quantity) is None:

@@ -24,6 +24,8 @@ from nanorom.verification.plate import PlateFilm
 from nanorom.verification.plate import assemble as assemble_plate
 from nanorom.verification.system import FilmSystem
 
+MOST_NAMED = 30  # of the scene's modes, the lowest: room is left for fields, which the others join
+
 
 @attrs.frozen(eq=False)
 class FilmBody(Body):
@@ -43,7 +45,7 @@ class FilmBody(Body):
         first = places_of(film.names, masters)
         system = FilmSystem.of(film, first)
         inside = {i for i in film.inside if film.parities[i] in system.classes.deflections}
-        places = np.array(sorted(inside | set(first)))
+        places = np.array(sorted({*sorted(inside)[:MOST_NAMED], *first}))
         shapes, squares = _modes(film, system, places)
         order = np.concatenate(
             [[places.tolist().index(p) for p in first], np.flatnonzero(~np.isin(places, first))]

@@ -6,8 +6,10 @@ from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import eigsh, splu
 
 import nanorom
+from nanorom.cli.main import main
 from nanorom.continuation import explore
 from nanorom.errors import ModelError, SceneError
+from nanorom.results.effective import effective
 from nanorom.verification.assemble import assemble
 from nanorom.verification.system import FilmSystem
 from tests.verification.conftest import SPOT, drum
@@ -228,3 +230,34 @@ def test_a_film_s_manifold_is_found_again_in_its_file(driven, tmp_path):
         odd.response((1e8, 2e8), direct=1.0)
     with pytest.raises(ModelError, match="direct: found 1; allowed: 0"):
         explore(odd.system(), omega=(1e8, 2e8), direct=1.0)
+
+
+def test_coefficients_of_a_film_are_what_those_of_more_and_more_modes_go_to(driven):
+    _, whole = driven
+    film = effective(whole.model, "f01", 7)
+    few, many = (effective(nanorom.reduce(drum(n, model="plate")), "f01", 7) for n in (6, 15))
+    # in-plane inertia, which a model of modes lacks, is 1.4e-5 of it
+    assert film.cubic == pytest.approx(many.cubic, rel=3e-5)
+    left = abs(many.quintic / film.quintic - 1), abs(few.quintic / film.quintic - 1)
+    assert left[0] < left[1] / 2 < 0.1
+    for name in ("f02", "f21c"):
+        place, known = film.label.index(name), many.label.index(name)
+        assert film.kerr[place] == pytest.approx(many.kerr[known], rel=2e-3)
+        part, other = film.part.index(name), many.part.index(name)
+        assert film.part_quintic[part] == pytest.approx(many.part_quintic[other], rel=1e-3)
+    assert film.part_quintic.sum() == pytest.approx(film.quintic, rel=1e-9)
+    assert np.isnan(film.kerr[film.label.index("field 1")])
+
+
+def test_the_command_takes_a_scene_and_its_film(tmp_path, capsys):
+    scene = tmp_path / "drum.toml"
+    scene.write_text(drum(1, model="plate").to_toml(), encoding="utf-8")
+    assert main(["effective", str(scene), "--order", "3"]) == 0
+    modes = capsys.readouterr().out
+    assert main(["effective", str(scene), "--order", "3", "--film"]) == 0
+    film = capsys.readouterr().out
+    assert "what has no name" in film and "what has no name" not in modes
+    assert main(["effective", str(scene), "--order", "99", "--film"]) == 1
+    assert "order: found 99; allowed: 1 to 21" in capsys.readouterr().err
+    assert main(["effective", str(tmp_path / "rom.h5"), "--film"]) == 1
+    assert "allowed with a scene (.toml)" in capsys.readouterr().err
