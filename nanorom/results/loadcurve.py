@@ -114,7 +114,7 @@ class LoadCurve:
 
     @property
     def turns(self) -> dict[str, list[float]]:
-        """Loads at which the effective cubic coefficient of a mode changes its sign, by its name.
+        """Loads (k,) in SI at which the cubic coefficient of a mode changes its sign, by its name.
 
         Between two states that lie next to each other on the path, by a straight line.
         """
