@@ -11,11 +11,11 @@ from mpi4py import MPI
 
 from nanorom.errors import SceneError, SolverError
 from nanorom.fem.fields import places
-from nanorom.fem.hardening import effective_cubic
 from nanorom.fem.models.build import build_plate
 from nanorom.fem.modes import coupled, names
 from nanorom.fem.modes.eigen import UnstableError
 from nanorom.fem.plan import Plan
+from nanorom.fem.routes.hardening import effective_cubic
 from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics import loads, state
