@@ -100,19 +100,25 @@ def reduce(
 
 
 def tune(
-    scene: Scene | str | Path, points: int = 20, progress: Progress | None = None
+    scene: Scene | str | Path,
+    points: int = 20,
+    progress: Progress | None = None,
+    at: Sequence[str | float] | None = None,
 ) -> LoadCurve:
-    """Deflection and frequencies as a scene's [load] grows from nothing.
+    """Deflection, frequencies, effective cubic coefficients as a scene's [load] grows from nothing.
 
-    ``points`` is about how many states there are.  The load that grows is the voltage if there is
+    ``points`` is about how many states there are; ``at``: loads of these instead, rising, in SI or
+    with a unit, in the place of the scene's.  The load that grows is the voltage if there is
     one, else the pressure, else the force; the others grow with it.  The path goes through limit
     points; under a gate it ends at the pull-in.  Under MPI every rank calls it and gets the same
     curve.  Raises NanoromError if DOLFINx is not installed, SceneError or SolverError if there is
     no such path.
     """
     with finite_elements():
-        from nanorom.fem.tuning import follow
+        from nanorom.fem.tuning import follow, tune_at
     with watched(progress) as told:
+        if at is not None:
+            return tune_at(Scene.of(scene), list(at))
         return follow(Scene.of(scene), points, told)
 
 

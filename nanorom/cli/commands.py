@@ -61,12 +61,13 @@ def tune_command(options: argparse.Namespace) -> None:
     points = integer("--points", options.points)
     if not 2 <= points <= MOST_POINTS:
         raise NanoromError(f"--points: found {points}; allowed: 2 to {MOST_POINTS}")
+    at = None if options.at is None else [each.strip() for each in options.at.split(",")]
     scene = scene_of(options)
     files = [options.output.with_suffix(suffix) for suffix in (".h5", ".csv", ".png")]
     for file in files:
         check_writable(file)
     with progress_bar() as progress:
-        curve = tune(scene, points, progress)
+        curve = tune(scene, points, progress, at)
     if mpi_rank() == 0:
         from nanorom.plots import load_curve
 

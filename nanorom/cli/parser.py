@@ -73,6 +73,7 @@ def _tune(parser: argparse.ArgumentParser) -> None:
         help="tuning.h5; the table tuning.csv and the picture tuning.png come beside it",
     )
     parser.add_argument("--points", default="20", help="about how many states (20)")
+    parser.add_argument("--at", metavar="LOADS", help='these alone, rising: "2 V, 5 V, 8 V"')
     shared.overrides(parser)
 
 

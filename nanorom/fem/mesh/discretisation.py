@@ -39,6 +39,7 @@ GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the l
 FEWEST = 2  # cells per quadrant of a ring
 OUTERMOST = 4.0  # of the layer: width of the cells at the edge at tolerance 1e-6
 OUTERMOST_RATE = 7.4  # at which errors fall with that width
+STEP = 2**0.25  # between such widths, which are rounded down
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
 AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
 ALIKE = 0.05  # rings that differ by less than this are one
@@ -241,7 +242,10 @@ def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
 
 def _outermost(layer: float, tolerance: float) -> float:
     """Width of the cells at a clamped edge."""
-    return layer * OUTERMOST * (tolerance / 1e-6) ** (1 / OUTERMOST_RATE)
+    width = layer * OUTERMOST * (tolerance / 1e-6) ** (1 / OUTERMOST_RATE)
+    if width:  # on few meshes: films that differ by little have one
+        width = STEP ** float(np.floor(np.log(width) / np.log(STEP) + 1e-9))
+    return width
 
 
 def _layer_ratio(tolerance: float) -> float:

@@ -48,7 +48,8 @@ def build_plate(
     """
     whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
     domain = mesh.build(comm, chosen.source, chosen.order, whole, chosen.corners)
-    domain = attrs.evolve(domain, across=across)
+    if across.size > 1:
+        domain = attrs.evolve(domain, across=across)
     groups.check_alike(across, domain.mesh.geometry.x)
     cells = domain.mesh.topology.index_map(2).size_global
     groups.check_fits(dofs_of(cells, chosen.degree), comm)
