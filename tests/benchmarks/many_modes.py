@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import resource
 import sys
 import tempfile
 import time
@@ -25,6 +24,7 @@ import numpy as np
 
 import nanorom
 from nanorom.bench import report
+from nanorom.bench.size import peak
 from nanorom.continuation import Diagram, ModalSystem, explore
 from nanorom.results.respond import respond
 from nanorom.rom.model import ReducedModel
@@ -88,7 +88,7 @@ def timed(size: int, name: str, run: Callable[[], Diagram]) -> Row:
     start = time.process_time()
     diagram = run()
     cpu = time.process_time() - start
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    most = 1e3 * peak()  # ru_maxrss would be that of the process that began this one, if larger
     branches = diagram.branches
     return Row(
         size, name, cpu, most, len(branches), sum(map(len, branches)), len(diagram.special_points)
