@@ -1,8 +1,10 @@
 """Gates below a part of the film: states, frequencies, tensors and drives, by closed forms."""
 
+from functools import partial
+
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad, solve_bvp, solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import jn_zeros, jv, jvp, yv, yvp
@@ -183,6 +185,52 @@ def test_a_gate_beside_the_centre_softens_as_a_ritz_solution_tells():
     rough, fine = (ritz(((position[0] / RADIUS, 0.0), PATCH / RADIUS), soft, n) for n in (9, 18))
     assert abs(rough - fine) < 2e-5 * fine
     assert model.frequency[0] == pytest.approx(frequency(fine), rel=5e-6)
+
+
+def hanging(first, second):
+    """Centre deflection in m of a drum between a disc below and a gate above, by collocation.
+
+    first, second: voltage and gap.  Foppl's equations in r/R: w' = Q/(r N), (r N w')' = -r p, with
+    u and N the radial displacement and force; inside and outside of the patch side by side.
+    """
+    unit, a, inner = 1e-8, PATCH / RADIUS, 1e-5
+    stretch = 300e9 * THICKNESS * unit**2 / RADIUS**2 / TENSION
+
+    def rates(r, y, inside, share):
+        w, q, u, n = y
+        pressure = inside * (share * first[0]) ** 2 / (first[1] - w * unit) ** 2
+        pressure = pressure - (share * second[0]) ** 2 / (second[1] + w * unit) ** 2
+        slope = q / (r * n)
+        load = VACUUM_PERMITTIVITY / 2 * pressure * RADIUS**2 / (TENSION * unit)
+        strain = (n - 1) * (1 - POISSON**2) / stretch - slope**2 / 2 - POISSON * u / r
+        return np.array([slope, -r * load, strain, (stretch * u / r - (1 - POISSON) * (n - 1)) / r])
+
+    def both(t, y, share):
+        spans = (inner, a), (a, 1.0)
+        parts = [
+            (high - low) * rates(low + (high - low) * t, y[4 * i : 4 * i + 4], 1 - i, share)
+            for i, (low, high) in enumerate(spans)
+        ]
+        return np.vstack(parts)
+
+    def ends(left, right):
+        return np.array([*left[1:3], *(right[:4] - left[4:]), right[4], right[6]])
+
+    t = np.linspace(0, 1, 100)
+    y = np.zeros((8, len(t)))
+    y[[3, 7]] = 1.0
+    for share in (0.3, 0.6, 0.8, 1.0):
+        found = solve_bvp(partial(both, share=share), ends, t, y, tol=1e-7, max_nodes=20000)
+        assert found.success
+        t, y = found.x, found.y
+    return y[0, 0] * unit
+
+
+def test_a_drum_between_gates_hangs_as_foppls_equations_tell():
+    gates = Gate(220e-9, 10.0, DiscRegion(radius=PATCH)), Gate(-150e-9, 4.0)
+    model = reduce_scene(drum(*gates, modulus=300e9))
+    exact = hanging((10.0, 220e-9), (4.0, 150e-9))
+    assert model.static["centre_deflection"] == pytest.approx(exact, rel=2e-6)
 
 
 HELD = {"modulus": 300e9, "modes": Modes(select=[1, 6, 17, 30])}  # f01 to f04
