@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from nanorom.scene.drive import Drive
     from nanorom.scene.excitation import Damping, Excitation, Frequency, Sweep
     from nanorom.scene.film import Plate, Tension
+    from nanorom.scene.gate import Gate
     from nanorom.scene.geometry import Disc, MeshFile, Rectangle, String
     from nanorom.scene.instrument import Instrument
     from nanorom.scene.layers import Layer, Stack
@@ -70,6 +71,7 @@ _HOMES = {
         "Sweep",
     ),
     "scene.film": ("Plate", "Tension"),
+    "scene.gate": ("Gate",),
     "scene.geometry": (
         "Disc",
         "MeshFile",
@@ -125,6 +127,7 @@ __all__ = [
     "Excitation",
     "Frequency",
     "Gas",
+    "Gate",
     "Harmonic",
     "Instrument",
     "Layer",

@@ -100,19 +100,25 @@ def reduce(
 
 
 def tune(
-    scene: Scene | str | Path, points: int = 20, progress: Progress | None = None
+    scene: Scene | str | Path,
+    points: int = 20,
+    progress: Progress | None = None,
+    at: Sequence[str | float] | None = None,
 ) -> LoadCurve:
-    """Deflection and frequencies as a scene's [load] grows from nothing.
+    """Deflection, frequencies, effective cubic coefficients as a scene's [load] grows from nothing.
 
-    ``points`` is about how many states there are.  The load that grows is the voltage if there is
+    ``points`` is about how many states there are; ``at``: loads of these instead, rising, in SI or
+    with a unit, in the place of the scene's.  The load that grows is the voltage if there is
     one, else the pressure, else the force; the others grow with it.  The path goes through limit
     points; under a gate it ends at the pull-in.  Under MPI every rank calls it and gets the same
     curve.  Raises NanoromError if DOLFINx is not installed, SceneError or SolverError if there is
     no such path.
     """
     with finite_elements():
-        from nanorom.fem.tuning import follow
+        from nanorom.fem.tuning import follow, tune_at
     with watched(progress) as told:
+        if at is not None:
+            return tune_at(Scene.of(scene), list(at))
         return follow(Scene.of(scene), points, told)
 
 
@@ -181,10 +187,12 @@ def manifold(
     Of a ReducedModel or ModalSystem all other modes follow
     (`nanorom.rom.manifold.reduced.manifold` has the parameters and errors).  Of a Scene every
     degree of freedom of the film does, its in-plane inertia included, which needs DOLFINx
-    (`nanorom.verification.manifold.manifold`).
+    (`nanorom.verification.manifold.manifold`), or the one in a file of a scene.
     """
     from nanorom.rom.manifold import reduced
 
+    if isinstance(model, (str, Path)):
+        model = Scene.of(model)
     if not isinstance(model, Scene):
         return reduced.manifold(model, masters, order, style, **options)
     with finite_elements():
@@ -223,10 +231,11 @@ def verify(
     check(scene, scene.drive if response is None else None)
     if response is None:
         response = _followed(scene, progress)
-    elif isinstance(response, (str, Path)):
+    else:
+        from nanorom.files import stored
         from nanorom.results.response import Response
 
-        response = Response.load(response)
+        response = stored.given(Response, response)
     found = campaign(scene, response, level, points, solve, progress, more)
     if path is not None and mpi_rank() == 0:
         found.save(path)

@@ -6,7 +6,8 @@ import csv
 import datetime
 import os
 import platform
-from collections.abc import Iterable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,20 @@ def write_markdown(title: str, tables: Iterable[Sequence[Any]], path: Path, comm
             lines += [""]
     with atomic_path(path) as temporary:
         temporary.write_text("\n".join(lines))
+
+
+def tabled(case: Callable[[int], Any], module: str, default: int) -> None:
+    """Print the row of every seed, as many as the command line says, and write their table.
+
+    It stands beside the module that computes the rows, and bears its name.
+    """
+    count = int(sys.argv[1]) if sys.argv[1:] else default
+    rows = []
+    for seed in range(count):
+        rows.append(case(seed))
+        print(line(rows[-1]), flush=True)
+    path = Path(*module.split(".")).with_suffix(".md")
+    write_markdown(path.stem.capitalize(), [rows], path, f"python -m {module} {count}")
 
 
 def _cell(value: Any) -> str:

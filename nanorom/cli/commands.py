@@ -61,12 +61,13 @@ def tune_command(options: argparse.Namespace) -> None:
     points = integer("--points", options.points)
     if not 2 <= points <= MOST_POINTS:
         raise NanoromError(f"--points: found {points}; allowed: 2 to {MOST_POINTS}")
+    at = None if options.at is None else [each.strip() for each in options.at.split(",")]
     scene = scene_of(options)
     files = [options.output.with_suffix(suffix) for suffix in (".h5", ".csv", ".png")]
     for file in files:
         check_writable(file)
     with progress_bar() as progress:
-        curve = tune(scene, points, progress)
+        curve = tune(scene, points, progress, at)
     if mpi_rank() == 0:
         from nanorom.plots import load_curve
 
@@ -118,8 +119,9 @@ def respond_command(options: argparse.Namespace) -> None:
     from nanorom.scene.excitation import Excitation
 
     check_writable(options.output)
-    excitation = Excitation.from_file(options.sweep)
     model = ReducedModel.load(options.model)
+    sweep = options.sweep
+    excitation = Excitation.asked(model.scene) if sweep is None else Excitation.from_file(sweep)
     with progress_bar() as progress:
         respond(
             model,
@@ -172,6 +174,7 @@ def export_command(options: argparse.Namespace) -> None:
 def effective_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_writable
     from nanorom.results.effective import effective
+    from nanorom.rom.manifold.reduced import ORDER
     from nanorom.rom.model import ReducedModel
     from nanorom.scene.units import to_si
 
@@ -180,13 +183,34 @@ def effective_command(options: argparse.Namespace) -> None:
     reach = None if options.reach is None else to_si(number(options.reach), "m", "--reach")
     if options.output is not None:
         check_writable(options.output)
-    found = effective(ReducedModel.load(options.model), mode, order, reach)
+    if options.model.suffix == ".toml":
+        model = _of_scene(options.model, mode, order, reach, options.film)
+        order = model.diagnostics.get(ORDER, order)  # which the reach may have raised
+    elif options.film:
+        raise FileError(f"--film: found {options.model}; allowed with a scene (.toml)")
+    else:
+        model = ReducedModel.load(options.model)
+    found = effective(model, mode, order, reach)
     print(found.text())
     if options.output is not None:
         from nanorom.plots import effective_figure
 
         found.save(options.output)
         effective_figure(found, options.output.with_suffix(".png"))
+
+
+def _of_scene(path: Path, mode: int | str, order: int, reach: float | None, film: bool) -> Any:
+    """The model of a scene's modes, or of the fields of its film's manifold of one mode."""
+    from nanorom.rom.manifold.reduced import check
+    from nanorom.scene.scene import Scene
+    from nanorom.workflow import manifold, reduce
+
+    check(order, "normal")
+    scene = Scene.from_file(path)
+    if film:
+        return manifold(scene, [mode], order, reach=reach).model
+    with progress_bar() as progress:
+        return reduce(scene, progress=progress)
 
 
 def sensitivity_command(options: argparse.Namespace) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
+from nanorom.cli import shared
 from nanorom.cli.given import columns_of, names_of, progress_bar
 from nanorom.errors import FileError
 
@@ -86,3 +88,42 @@ def peaks_command(options: argparse.Namespace) -> None:
         report.save_table(found, options.output / "peaks.csv")
         for number, peak in enumerate(found, 1):
             peaks_figure(peak, options.output / f"peak-{number}.png")
+
+
+def identify_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scene", type=Path, metavar="SCENE", help="scene file (TOML), a first guess"
+    )
+    parser.add_argument(
+        "measured",
+        type=Path,
+        nargs="+",
+        metavar="MEASURED",
+        help="tables of resonances (frequency, label) or of sweeps (frequency, amplitude, level)",
+    )
+    shared.columns(parser)
+    parser.add_argument(
+        "--labels", metavar="NAMES", help="of sweeps: modes of the peaks by frequency, f01,f11s"
+    )
+    parser.add_argument(
+        "--unknowns",
+        metavar="NAMES",
+        help="what to find, such as tension,density; an unknown name is answered with all",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and pictures"
+    )
+
+
+def peaks_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "measured",
+        type=Path,
+        nargs="+",
+        metavar="SWEEPS",
+        help="tables: frequency, amplitude, sweep, level; or of ring-downs: time, amplitude",
+    )
+    shared.columns(parser)
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="gets peaks.csv and a picture of each peak"
+    )

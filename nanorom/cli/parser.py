@@ -73,6 +73,7 @@ def _tune(parser: argparse.ArgumentParser) -> None:
         help="tuning.h5; the table tuning.csv and the picture tuning.png come beside it",
     )
     parser.add_argument("--points", default="20", help="about how many states (20)")
+    parser.add_argument("--at", metavar="LOADS", help='these alone, rising: "2 V, 5 V, 8 V"')
     shared.overrides(parser)
 
 
@@ -112,7 +113,13 @@ def _info(parser: argparse.ArgumentParser) -> None:
 
 def _respond(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
-    parser.add_argument("sweep", type=Path, metavar="SWEEP", help="TOML with [drive] and [sweep]")
+    parser.add_argument(
+        "sweep",
+        type=Path,
+        metavar="SWEEP",
+        nargs="?",
+        help="TOML with [drive] and [sweep] (those of the scene that the model is of)",
+    )
     parser.add_argument(
         "-o", "--output", type=Path, required=True, metavar="RESPONSE", help="response.h5"
     )
@@ -154,9 +161,16 @@ def _export(parser: argparse.ArgumentParser) -> None:
 
 
 def _effective(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="ROM", help="rom.h5")
+    parser.add_argument(
+        "model", type=Path, metavar="ROM", help="rom.h5, or a scene (.toml) that is reduced first"
+    )
     parser.add_argument("--mode", default="1", help="number or name of the mode (1)")
     parser.add_argument("--order", default="7", help="of the manifold (7)")
+    parser.add_argument(
+        "--film",
+        action="store_true",
+        help="of a scene: let every degree of freedom of the film follow, not its modes alone",
+    )
     parser.add_argument(
         "--reach", metavar="AMPLITUDE", help='raise the order until it holds to there ("20 nm")'
     )
@@ -166,31 +180,6 @@ def _effective(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="EFFECTIVE",
         help="effective.h5; the picture comes beside it",
-    )
-
-
-def _identify(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "scene", type=Path, metavar="SCENE", help="scene file (TOML), a first guess"
-    )
-    parser.add_argument(
-        "measured",
-        type=Path,
-        nargs="+",
-        metavar="MEASURED",
-        help="tables of resonances (frequency, label) or of sweeps (frequency, amplitude, level)",
-    )
-    shared.columns(parser)
-    parser.add_argument(
-        "--labels", metavar="NAMES", help="of sweeps: modes of the peaks by frequency, f01,f11s"
-    )
-    parser.add_argument(
-        "--unknowns",
-        metavar="NAMES",
-        help="what to find, such as tension,density; an unknown name is answered with all",
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="gets identified.toml and pictures"
     )
 
 
@@ -214,20 +203,6 @@ def _sensitivity(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=Path, metavar="TABLE", help="CSV; a picture comes beside it"
     )
     shared.overrides(parser)
-
-
-def _peaks(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "measured",
-        type=Path,
-        nargs="+",
-        metavar="SWEEPS",
-        help="tables: frequency, amplitude, sweep, level; or of ring-downs: time, amplitude",
-    )
-    shared.columns(parser)
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="gets peaks.csv and a picture of each peak"
-    )
 
 
 def _plot(parser: argparse.ArgumentParser) -> None:
@@ -356,7 +331,7 @@ COMMANDS = {
     "identify": Command(
         _of("measured", "identify_command"),
         "Find tension, Young's modulus and more from resonances.",
-        _identify,
+        _of("measured", "identify_options"),
     ),
     "sensitivity": Command(
         _of("commands", "sensitivity_command"),
@@ -376,7 +351,7 @@ COMMANDS = {
     "peaks": Command(
         _of("measured", "peaks_command"),
         "Find Q, Duffing coefficient, damping and folds of every peak, without a model.",
-        _peaks,
+        _of("measured", "peaks_options"),
     ),
     "plot": Command(
         _of("commands", "plot_command"),

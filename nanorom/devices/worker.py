@@ -60,9 +60,11 @@ def _derived(scene: Scene, of: list[str]) -> dict[str, Any]:
 def _reduced(scene: Scene) -> ReducedModel:
     """Without the larger model, in which errors of responses are estimated."""
     with finite_elements():
+        from nanorom.fem.mesh import kept
         from nanorom.fem.reduce import reduce_scene
         from nanorom.verification import modes
-    return modes.automatic(scene, None, None) if scene.modes.automatic else reduce_scene(scene)
+    with kept.for_more():
+        return modes.automatic(scene, None, None) if scene.modes.automatic else reduce_scene(scene)
 
 
 def main() -> None:

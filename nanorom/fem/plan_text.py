@@ -30,6 +30,8 @@ def state_item(plan: Plan) -> Item:
     scene = plan.scene
     if scene.load is not None:
         return Item("static state under load", True, "the model is expanded about it")
+    if scene.regions or scene.tension.variation is not None:
+        return Item("pre-stress", True, "it relaxes, as it is not the same everywhere")
     if any(in_plane_of(kind) != "fixed" for kind in scene.supports.values()):
         return Item(
             "pre-stress",

@@ -72,7 +72,7 @@ def acting_tension(scene: Scene) -> Tension | None:
         change = (load.stress or 0.0) * scene.plate.thickness
     if scene.plate.initial_shape is not None or isinstance(scene.geometry, MeshFile):
         return None
-    if scene.regions:
+    if scene.regions or scene.tension.variation is not None:
         return None
     t, kinds = scene.tension, scene.supports
     tension = Tension(t.x + change, t.y + change, t.xy)

@@ -55,6 +55,8 @@ class Spectrum:
             raise SceneError("mass: a scene to identify is about the bare film; remove [[mass]]")
         if scene.regions:
             raise SceneError("region: a scene to identify is of one film; remove [[region]]")
+        if scene.tension.variation is not None:
+            raise SceneError("tension.variation: found; allowed in a scene to identify: none")
         if scene.tension.xy:
             raise SceneError(
                 f"tension.xy: found {scene.tension.xy:g} N/m; allowed in a scene to identify: 0"

@@ -32,10 +32,12 @@ class Mirrors:
     @classmethod
     def of(cls, scene: Scene) -> Mirrors:
         """Mirrors of a scene: tensions along the axes have both; shape, supports, masses decide."""
-        if scene.tension.xy or not elasticity.is_aligned(scene.material.law):
+        if scene.tension.xy or scene.tension.variation is not None:
+            return cls()
+        if not elasticity.is_aligned(scene.material.law):
             return cls()
         lies = [[each == 0 for each in mass.position] for mass in scene.masses]
-        lies += [[m and not region.sheared for m in region.mirrored] for region in scene.regions]
+        lies += [[m and not region.sheared for m in region.mirrored] for region in scene.patches]
         on = [axis for i, axis in enumerate(AXES) if all(mirrored[i] for mirrored in lies)]
         if isinstance(scene.geometry, Disc):
             return cls(AXES if len(on) == len(AXES) else ())  # its mesh has a quarter or all of it
@@ -79,15 +81,15 @@ def is_symmetric(scene: Scene) -> bool:
     """The film and its static state have every mirror that its shape has."""
     centred = scene.load is None or scene.load.centred
     centred = centred and all(mass.centred for mass in scene.masses)
-    centred = centred and all(all(region.mirrored) for region in scene.regions)
-    return centred and scene.plate.initial_shape is None
+    centred = centred and all(all(region.mirrored) for region in scene.patches)
+    return centred and scene.plate.initial_shape is None and scene.tension.variation is None
 
 
 def is_of_revolution(scene: Scene) -> bool:
     """Every turn of the film about its centre leaves it and its static state as they are."""
     round_ = isinstance(scene.geometry, Disc) and scene.tension.is_isotropic
     round_ = round_ and not scene.material.crystalline
-    round_ = round_ and all(region.of_revolution for region in scene.regions)
+    round_ = round_ and all(region.of_revolution for region in scene.patches)
     return round_ and is_symmetric(scene)
 
 
@@ -99,7 +101,7 @@ def is_square(scene: Scene) -> bool:
         and geometry.length == geometry.width
         and tension.x == tension.y
         and elasticity.is_square(scene.material.law)
-        and all(region.is_square for region in scene.regions)
+        and all(region.is_square for region in scene.patches)
         and len(set(scene.supports.values())) == 1
         and is_symmetric(scene)
     )

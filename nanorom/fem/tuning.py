@@ -15,6 +15,7 @@ from nanorom.fem.models.build import build_plate
 from nanorom.fem.modes import coupled, names
 from nanorom.fem.modes.eigen import UnstableError
 from nanorom.fem.plan import Plan
+from nanorom.fem.routes.hardening import effective_cubic
 from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics import loads, state
@@ -23,6 +24,7 @@ from nanorom.fem.statics.path import PathPoint
 from nanorom.fem.statics.problem import StaticProblem
 from nanorom.fem.symmetry import is_symmetric
 from nanorom.results.loadcurve import UNITS, LoadCurve
+from nanorom.scene import fields as v
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Scene
 from nanorom.types import Progress
@@ -32,20 +34,28 @@ MOST_DETOUR = 20  # steps of a path per point asked for
 
 
 def tune(
-    scene: Scene, quantity: str, values: Sequence[float], comm: MPI.Comm = MPI.COMM_WORLD
+    scene: Scene,
+    quantity: str,
+    values: Sequence[float],
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    hardening: bool = False,
 ) -> LoadCurve:
     """States and frequencies of a scene whose [load] takes one value after the other. Collective.
 
     quantity : "voltage", "pressure" or "force", a key of the scene's [load]; values : rising, in
-    SI.  The other loads of the scene rise with it.  One mesh serves all states: that of the
-    scene's tolerance.  Raises SceneError, or SolverError that says what load was reached.
+    SI.  The other loads of the scene rise with it, all gates in proportion.  One mesh serves all
+    states: that of the scene's tolerance.  hardening : with cubic coefficients.  Raises SceneError,
+    or SolverError that says what load was reached.
     """
     load = scene.load
-    if load is None or quantity not in UNITS or getattr(load, quantity) is None:
+    if load is None or quantity not in UNITS or load.level(quantity) is None:
         raise SceneError(f"load.{quantity}: missing; it is what the frequencies are tuned by")
     if len(values) == 0 or values[-1] == 0.0 or np.any(np.diff(np.abs(values)) <= 0):
-        raise SceneError(f"load.{quantity}: the values of the curve are not rising")
-    film = LoadedFilm(scene, attrs.evolve(load, **{quantity: float(values[-1])}), quantity, comm)
+        raise SceneError(
+            f"at: found {', '.join(f'{value:g}' for value in values)} {UNITS[quantity]}; allowed: "
+            "values that rise, the last one not 0"
+        )
+    film = LoadedFilm(scene, load.risen(quantity, float(values[-1])), quantity, comm, hardening)
     shares = np.array(values) / values[-1]
     if quantity == "voltage":
         shares = shares**2  # the force goes with the square
@@ -69,11 +79,8 @@ def follow(
     another one goes on, unstable states included, up to the whole load.  Raises SceneError, or
     SolverError that says what load was reached.
     """
-    load = scene.load
-    asked = [] if load is None else [q for q in UNITS if getattr(load, q)]
-    if load is None or not asked:
-        raise SceneError(f"load: a curve needs one; allowed: {', '.join(UNITS)}, not 0")
-    film = LoadedFilm(scene, load, asked[0], comm)
+    load, quantity = grown(scene)
+    film = LoadedFilm(scene, load, quantity, comm)
     start = PathPoint(0.0, film.problem.free_values(), 0)
     rows, limits = [film.row(start)], []
     # the first steps are small, for films that are soft at first; the longest is a share
@@ -95,12 +102,31 @@ def follow(
     return film.curve(rows, limits)
 
 
+def grown(scene: Scene) -> tuple[Load, str]:
+    """The load of a scene and the key by which it grows; raises SceneError if there is none."""
+    load = scene.load
+    asked = [] if load is None else [q for q in UNITS if load.level(q)]
+    if load is None or not asked:
+        raise SceneError(f"load: a curve needs one; allowed: {', '.join(UNITS)}, not 0")
+    return load, asked[0]
+
+
+def tune_at(scene: Scene, values: Any, comm: MPI.Comm = MPI.COMM_WORLD) -> LoadCurve:
+    """`tune` of the key by which a scene's load grows, at quantities or SI numbers. Collective."""
+    _, quantity = grown(scene)
+    loads = v.read_quantities(values, UNITS[quantity], "at")
+    return tune(scene, quantity, loads, comm, hardening=True)
+
+
 class LoadedFilm:
     """The static problem of a scene under growing shares of a load. Collective."""
 
-    def __init__(self, scene: Scene, load: Load, quantity: str, comm: MPI.Comm) -> None:
+    def __init__(
+        self, scene: Scene, load: Load, quantity: str, comm: MPI.Comm, hardening: bool = True
+    ) -> None:
         check_of_plates(scene, "a curve")
         self.scene, self.load, self.quantity, self.comm = scene, load, quantity, comm
+        self.hardening = hardening
         plan = Plan.of(scene)
         self.scales = plan.scales
         chosen = plan.discretisation(scene.accuracy.tolerance)
@@ -120,38 +146,66 @@ class LoadedFilm:
         """No part of the film is at the gate."""
         return loads.admissible(self.film, self._unit)
 
-    def row(self, point: PathPoint) -> tuple[float, float, float, np.ndarray]:
-        """Load in SI, deflections in m and frequencies in Hz of the problem's current state."""
+    def row(self, point: PathPoint) -> tuple[float, float, float, np.ndarray, float, np.ndarray]:
+        """Load in SI, deflections in m, frequencies in Hz, mean tension in N/m and cubic
+        coefficients in N/m^3 of the problem's current state.
+        """
         w, count = self.film.deflection(), self.scene.modes.highest
         centre = places.centre_value(self.plate, w)
         largest = max(self.comm.allgather(w[np.abs(w).argmax()]), key=abs)
-        frequency = np.full(count, np.nan)
+        frequency, cubic = np.full((2, count), np.nan)
+        about = self.film.about(self._unit.attraction(point.magnitude))
+        tension = state.mean_tension(about)
         if point.stable and not point.limit:
             try:
-                modes = coupled.solve(
-                    self.film.about(self._unit.attraction(point.magnitude)), count
-                )
-                frequency = self.scales.frequency(modes.eigenvalues[:count])
-                if self.label is None:
-                    self.label = names.name(self.scene, modes)[1][:count]
+                frequency, cubic = self._modal(coupled.solve(about, count), tension)
             except UnstableError:  # at a limit point, to rounding
                 pass
         share = np.sqrt(point.magnitude) if self.quantity == "voltage" else point.magnitude
         deflection = self.units.deflection
         return (
-            float(share * getattr(self.load, self.quantity)) + 0.0,  # no -0
+            float(share * (self.load.level(self.quantity) or 0.0)) + 0.0,  # no -0
             np.nan if centre is None else deflection * centre,
             deflection * largest,
             frequency,
+            self.scales.tension * tension,
+            cubic,
         )
+
+    def _modal(self, modes: Any, tension: float) -> tuple[np.ndarray, np.ndarray]:
+        """Frequencies and cubic coefficients (L,) of modes, in the order of their first names.
+
+        Where other modes have come among the lowest, that of their frequencies.
+        """
+        count = self.scene.modes.highest
+        modes, told = names.name(self.scene, modes)
+        told = told[:count]
+        frequency = self.scales.frequency(modes.eigenvalues[:count])
+        cubic = np.full(count, np.nan)
+        if self.hardening:
+            cubic = effective_cubic(self.scene, self.scales, self.units, modes, told, tension)
+        self.label = self.label or told
+        if sorted(told) != sorted(self.label):
+            return frequency, cubic
+        order = [told.index(name) for name in self.label]
+        return frequency[order], cubic[order]
 
     def curve(self, rows: Sequence[tuple[Any, ...]], limits: Sequence[float] = ()) -> LoadCurve:
         """The curve of some rows and of the limit points on their path."""
-        load, centre, largest, frequency = zip(*rows)
+        load, centre, largest, frequency, tension, cubic = zip(*rows)
         shares = np.sqrt(limits) if self.quantity == "voltage" else np.array(limits)
-        turned = shares * getattr(self.load, self.quantity)
+        turned = shares * (self.load.level(self.quantity) or 0.0)
         return LoadCurve(
-            self.quantity, load, centre, largest, frequency, turned, self.lumped, self.label
+            self.quantity,
+            load,
+            centre,
+            largest,
+            frequency,
+            turned,
+            self.lumped,
+            self.label,
+            tension,
+            cubic if self.hardening else None,
         )
 
     def _lumped_pull_in(self) -> float | None:

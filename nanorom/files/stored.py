@@ -135,6 +135,26 @@ def load(path: str | Path) -> Any:
     return call(kind_of(path).load, path)
 
 
+def given(cls: type[Content], content: Content | str | Path) -> Content:
+    """A result of a class as it is, or from the file of a name; raises FileError."""
+    if isinstance(content, cls):
+        return content
+    name = KINDS[cls.FORMAT].name  # type: ignore[attr-defined]
+    if isinstance(content, (str, Path)):
+        found = kind_of(content)
+        if found is not KINDS[cls.FORMAT]:  # type: ignore[attr-defined]
+            raise FileError(f"{content}: found a {found.name}; expected a {name}")
+        return call(found.load, content)  # type: ignore[no-any-return]
+    raise FileError(
+        f"found {_article(type(content).__name__)}; allowed: {_article(cls.__name__)}, or the "
+        f"name of its file, such as {name}"
+    )
+
+
+def _article(name: str) -> str:
+    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"
+
+
 def save(
     content: Any, path: str | Path, units: Mapping[str, str] | None = None, **attributes: str
 ) -> None:

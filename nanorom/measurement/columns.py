@@ -14,22 +14,30 @@ from nanorom.scene.units import to_si
 SYNONYMS: dict[str, tuple[str, ...]] = {
     "frequency": ("frequency", "freq", "f", "fd", "fdrive", "frequenz", "frequence", "fréquence"),
     "time": ("time", "t", "zeit", "temps"),
-    "amplitude": ("amplitude", "amp", "ampl", "magnitude", "mag", "r", "displacement", "signal"),
+    "phase": ("phase", "theta", "phi"),  # before "S21", which is a word of "S21 phase", too
+    "amplitude": (
+        *("amplitude", "amp", "ampl", "magnitude", "mag", "r", "displacement", "signal"),
+        *("s21", "s12", "s11", "s22", "voltage", "spannung"),
+    ),
     "x": ("x", "in-phase", "inphase", "real", "re"),
     "y": ("y", "quadrature", "imag", "im"),
-    "phase": ("phase", "theta", "phi"),
     "level": ("level", "power", "drive", "excitation", "pegel", "leistung"),
     "sweep": ("sweep", "direction", "dir"),
     "label": ("label", "mode", "name"),
     "uncertainty": ("uncertainty", "error", "sigma", "std", "stderr"),
 }
 MISSING = {"", "nan", "-", "--", "n/a", "na", "#n/a", "none", "null", "inf", "+inf", "-inf"}
-POINT = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,4})?")
+POINT = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d{1,4})?")  # D is FORTRAN's
 COMMA = re.compile(r"[-+]?(?:\d{1,3}(?:\.\d{3})+|\d+)?,\d+(?:[eE][-+]?\d{1,4})?")
+DEGREES = ("°", "º", "deg.", "degree", "degrees")  # other ways to write the unit deg
 _UNITS_BEHIND = re.compile(r"(.*?)\s*[(\[{]\s*([^)\]}]*?)\s*[)\]}]\s*")
 _UNITS_AFTER = re.compile(r"(.*?)(?:\s*[/,]\s*|[_\s]+)([^\s/,_]+)")
 _DECIBELS = re.compile(r"dB(?:[mVu]|mV|uV|µV|FS)?", re.IGNORECASE)
 _ARBITRARY = {"a.u.", "au", "arb", "arb.", "arb. u.", "arb. units", "arb.u.", "counts"}
+
+
+def _usual(unit: str) -> str:
+    return "deg" if unit.lower() in DEGREES else unit
 
 
 @attrs.frozen
@@ -38,7 +46,7 @@ class Heading:
 
     name: str
     text: str
-    unit: str
+    unit: str = attrs.field(converter=_usual)
 
     @classmethod
     def of(cls, text: str) -> Heading:
@@ -62,7 +70,7 @@ class Heading:
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit that amplitudes or frequencies are given in."""
-    if is_decibel(text) or text.lower() in _ARBITRARY:
+    if is_decibel(text) or text.lower() in (*_ARBITRARY, *DEGREES):
         return True
     if len(text) == 1 and text.lower() in SYNONYMS:  # "x" is no unit, nor is "t" meant as one
         return False

@@ -109,6 +109,10 @@ class MeasuredResponse:
         columns : of these names, what they are called in the file.  Raises FileError.
         """
         table = Table(path, columns)
+        if not ("amplitude" in table or "x" in table and "y" in table):
+            apart = [heading.text for heading in table.headings if _LEVEL.fullmatch(heading.text)]
+            if apart:
+                return cls._by_columns(path, columns or {}, apart)
         frequency = _positive(table, "frequency")
         amplitude, unit, phase = _amplitude(table)
         level, direction = _level(table), _direction(table)
@@ -123,6 +127,19 @@ class MeasuredResponse:
                 Trace(frequency[own], amplitude[own], *kind, None if phase is None else phase[own])
             )
         return cls(tuple(traces), unit, int((~whole).sum()))
+
+    @classmethod
+    def _by_columns(
+        cls, path: str | Path, columns: Mapping[str, str], levels: Sequence[str]
+    ) -> MeasuredResponse:
+        """Of a file with a column of amplitudes for each level, which is its name."""
+        found = [cls.from_file(path, {**columns, "amplitude": level}) for level in levels]
+        traces = [
+            attrs.evolve(trace, level=level)
+            for level, each in zip(levels, found)
+            for trace in each.traces
+        ]
+        return cls(tuple(traces), "", max(each.left_out for each in found))
 
     @classmethod
     def from_files(
@@ -231,11 +248,16 @@ def _amplitude(table: Table) -> tuple[Array, str, Array | None]:
         unit = table.unit("x")
         x, y = (table.numbers(name, "m" if unit and is_length(unit) else "") for name in "xy")
         return np.hypot(x, y), _named(unit), np.asarray(np.arctan2(y, x))
-    unit = table.unit("amplitude")
+    unit = table.unit("amplitude") or table.unit_of_cells("amplitude")
     amplitude = table.numbers("amplitude", "m" if unit and is_length(unit) else "")
     phase = None
     if "phase" in table:
-        phase = table.numbers("phase", "rad", "deg")
+        default = "deg"
+        if not table.unit("phase") and not table.unit_of_cells("phase"):
+            # the half turn that a resonance makes is 3 in one unit and 180 in the other
+            largest = np.nanmax(np.abs(table.numbers("phase", "")), initial=0.0)
+            default = "rad" if largest <= 2 * np.pi else "deg"
+        phase = table.numbers("phase", "rad", default)
     return amplitude, _named(unit), phase
 
 

@@ -29,6 +29,7 @@ COMMENTS = ("#", "%", "!", "//")
 SAMPLE = 200  # lines from which separator and heading are found
 SPACES = " "  # stands for any white space as separator
 _DECIMAL = re.compile(r"[-+]?[\d.]*,\d+(?:[eE][-+]?\d{1,4})?(?=\s|$)")  # at the start of a cell
+_WITH_UNIT = re.compile(r"[-+]?[\d.,]+(?:[eE][-+]?\d+)?\s*([^\d\s].*)")
 
 Line = tuple[int, str]  # number in the file, from 1, and text
 
@@ -62,6 +63,8 @@ class Table:
                 Heading(own.name, own.text, own.unit or unit)
                 for own, unit in zip(self.headings, [*units, *[""] * len(titles)])
             ]
+        while rows and _is_farewell(rows[-1][1], len(titles)):
+            rows.pop()
         if not rows:
             raise self._without_data()
         self.line = [number for number, _ in rows]
@@ -116,6 +119,12 @@ class Table:
         """Unit in the heading of a quantity, or ""; raises FileError if it has no column."""
         return self.headings[self._column(quantity)].unit
 
+    def unit_of_cells(self, quantity: str) -> str:
+        """Unit behind the first value of a quantity, or ""."""
+        cell = next((cell for cell in self.text(quantity) if not is_missing(cell)), "")
+        found = _WITH_UNIT.fullmatch(cell)
+        return found[1] if found and is_unit(found[1]) else ""
+
     def text(self, quantity: str) -> list[str]:
         """A column as it stands; empty strings where there is none."""
         if quantity not in self:
@@ -143,12 +152,20 @@ class Table:
             if decimal := _DECIMAL.match(cell):
                 number = decimal[0].replace(".", "").replace(",", ".")
                 cell = number + cell[decimal.end() :]
-            text = f"{cell} {shown}" if POINT.fullmatch(cell) else cell
+            if POINT.fullmatch(cell):
+                cell = f"{cell.lower().replace('d', 'e')} {shown}"
+            elif not unit:  # the same behind every value
+                cell = cell.removesuffix(self.unit_of_cells(quantity))
             try:
-                values[row] = to_si(text, unit or "1", f"line {self.line[row]}, {quantity}")
+                values[row] = to_si(cell, unit or "1", f"line {self.line[row]}, {quantity}")
             except SceneError as error:
                 raise FileError(f"{self.path}: {error}") from None
         return values
+
+
+def _is_farewell(row: Sequence[str], columns: int) -> bool:
+    """Whether a line is no row of so many columns but words, as some programs end their files."""
+    return len(row) < columns and not any(map(is_number, row))
 
 
 def _names_columns(row: Sequence[str], chosen: Mapping[str, str]) -> bool:

@@ -21,12 +21,14 @@ MOST_NAMED = 6  # modes; more of them have no legend
 
 @styled
 def load_curve(curve: LoadCurve, path: str | Path | None = None) -> Figure:
-    """Draw the deflection above, the frequencies below (and write the picture).
+    """Draw deflection, frequencies and effective cubic coefficients (and write the picture).
 
     Unstable states are dashed; vertical lines mark limit points, of a gate the pull-in.
     """
-    figure = Figure(figsize=(COLUMN, 1.1 * COLUMN), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True)
+    rows = 2 if curve.cubic is None else 3
+    figure = Figure(figsize=(COLUMN, 0.55 * rows * COLUMN), layout="constrained")
+    panels = figure.subplots(rows, 1, sharex=True)
+    above, below = panels[:2]
     load, load_unit = scaled(curve.load, UNITS[curve.quantity])
     at_centre = bool(np.isfinite(curve.centre).all())
     height = curve.centre if at_centre else curve.largest
@@ -40,11 +42,16 @@ def load_curve(curve: LoadCurve, path: str | Path | None = None) -> Figure:
     for name, values in zip(curve.names, curve.frequency.T):
         below.plot(x, values * frequency, ".-", ms=3, label=name)
     below.set_ylabel(f"frequency ({frequency_unit})")
-    below.set_xlabel(f"{curve.quantity} ({load_unit})")
+    if curve.cubic is not None:
+        for name, values in zip(curve.names, curve.cubic.T):
+            panels[2].plot(x, values, ".-", ms=3, label=name)
+        panels[2].axhline(0.0, color="0.6", lw=0.7)
+        panels[2].set_ylabel("cubic coefficient (N/m$^3$)")
+    panels[-1].set_xlabel(f"{curve.quantity} ({load_unit})")
     below.xaxis.set_major_locator(MaxNLocator(6))
     what = "pull-in" if curve.quantity == "voltage" else "limit point"
     for number, limit in enumerate(curve.limits):
-        for axes in (above, below):
+        for axes in panels:
             label = what if number == 0 and axes is above else None
             axes.axvline(limit * load, color="0.3", lw=0.7, ls=":", label=label)
     if len(curve.limits):

@@ -11,6 +11,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from PIL import Image
 
+from nanorom.errors import FileError
+from nanorom.files import stored
 from nanorom.files.whole import atomic_path
 from nanorom.scene.units import scaled as scaled
 from nanorom.scene.units import with_unit as with_unit
@@ -37,12 +39,22 @@ SETTINGS = {
 
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
-    """Draw with the settings of this module, whatever the caller's are."""
+    """Draw with the settings of this module, whatever the caller's are.
+
+    What is drawn may be the name of its file instead.
+    """
+
+    drawn_kinds = next(iter(draw.__annotations__.values()), "")  # of demos there are none
 
     @wraps(draw)
-    def drawn(*args: Any, **options: Any) -> Figure:
+    def drawn(content: Any, *args: Any, **options: Any) -> Figure:
+        if drawn_kinds and isinstance(content, (str, Path)):
+            path, content = content, stored.load(content)
+            kind = type(content).__name__
+            if kind not in drawn_kinds:
+                raise FileError(f"{path}: found a {kind}; {draw.__name__} draws a {drawn_kinds}")
         with rc_context(SETTINGS):
-            return draw(*args, **options)
+            return draw(content, *args, **options)
 
     return drawn
 

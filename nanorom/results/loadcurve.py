@@ -67,6 +67,22 @@ class LoadCurve:
         converter=attrs.converters.optional(as_names),
         metadata=array("L", "", "names of the modes where the path begins", kind="name"),
     )
+    tension: NDArray[np.float64] | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(_array),
+        metadata=array("n", "N/m", "half the trace of the membrane force, the film's mean"),
+    )
+    cubic: NDArray[np.float64] | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(_array),
+        metadata=array(
+            "n, L",
+            "N/m^3",
+            "effective cubic coefficients, all else condensed; NaN where the state is not stable, "
+            "or modes exchange energy",
+            finite=False,
+        ),
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.quantity not in UNITS:
@@ -96,11 +112,33 @@ class LoadCurve:
         gated = self.quantity == "voltage" and len(self.limits) > 0
         return float(self.limits[0]) if gated else None
 
+    @property
+    def turns(self) -> dict[str, list[float]]:
+        """Loads (k,) in SI at which the cubic coefficient of a mode changes its sign, by its name.
+
+        Between two states that lie next to each other on the path, by a straight line.
+        """
+        found: dict[str, list[float]] = {}
+        if self.cubic is None:
+            return found
+        for name, beta in zip(self.names, self.cubic.T):
+            for i in np.flatnonzero(beta[1:] * beta[:-1] < 0).tolist():
+                share = beta[i] / (beta[i] - beta[i + 1])
+                at = self.load[i] + share * (self.load[i + 1] - self.load[i])
+                found.setdefault(name, []).append(float(at))
+        return found
+
     def save_csv(self, path: str | Path) -> None:
         """Write the table, one row per state; raises FileError."""
         names = [f"{self.quantity} ({UNITS[self.quantity]})", "centre (m)", "largest (m)"]
         names += [f"{name} (Hz)" for name in self.names]
         rows = np.column_stack([self.load, self.centre, self.largest, self.frequency])
+        if self.tension is not None:
+            names.append("tension (N/m)")
+            rows = np.column_stack([rows, self.tension])
+        if self.cubic is not None:
+            names += [f"cubic {name} (N/m^3)" for name in self.names]
+            rows = np.column_stack([rows, self.cubic])
         with atomic_path(path) as temporary:
             np.savetxt(temporary, rows, "%.10g", ",", header=",".join(names), comments="")
 
@@ -125,6 +163,13 @@ class LoadCurve:
         ]
         frequencies, hertz = tabulated(self.frequency, "Hz")
         columns += [(name, frequencies[i::size], hertz) for i, name in enumerate(self.names)]
+        if self.tension is not None:
+            columns.append(("tension", *tabulated(self.tension, "N/m")))
+        if self.cubic is not None:
+            columns += [
+                (f"cubic {name}", [f"{value:.4g}" for value in column.tolist()], "N/m^3")
+                for name, column in zip(self.names, self.cubic.T)
+            ]
         rows = list(zip(*(values for _, values, _ in columns)))
         cells = [tuple(f"{name} ({own})" for name, _, own in columns), *rows]
         widths = [max(map(len, column)) for column in zip(*cells)]
@@ -138,4 +183,7 @@ class LoadCurve:
         elif len(self.limits):
             values = ", ".join(with_unit(limit, unit, 6) for limit in self.limits.tolist())
             lines += ["", f"limit points at {values}: the film snaps through"]
+        for name, loads in self.turns.items():
+            at = ", ".join(with_unit(load, unit, 4) for load in loads)
+            lines += ["", f"the cubic coefficient of {name} changes its sign at {at}"]
         return "\n".join(lines)

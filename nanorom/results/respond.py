@@ -15,7 +15,7 @@ import numpy as np
 
 from nanorom.continuation import Course, Diagram, ModalSystem, Unexplored, add_isolas, explore_each
 from nanorom.errors import AccuracyWarning, FileError
-from nanorom.files import hdf5
+from nanorom.files import hdf5, stored
 from nanorom.launch import interactive, seldom, watched
 from nanorom.results.diagram_file import read_diagram
 from nanorom.results.larger import estimated
@@ -31,7 +31,8 @@ from nanorom.results.response import (
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.range import check_range
 from nanorom.scene.drive import Drive
-from nanorom.scene.excitation import Damping, Sweep
+from nanorom.scene.excitation import Damping, Excitation, Sweep
+from nanorom.scene.fields import Quantity
 from nanorom.scene.instrument import Instrument
 from nanorom.scene.units import with_unit
 from nanorom.types import Progress
@@ -40,23 +41,23 @@ from nanorom.version import version
 NO_ISOLAS = "isolas are not looked for along curves of folds where the film's heat has states"
 
 
-def _empty(model: ReducedModel, drive: Drive, sweep: Sweep, readout: Instrument | None) -> Response:
+def _empty(model: ReducedModel, asked: Excitation) -> Response:
     """A response without its diagrams."""
     return Response(
         diagrams=(),
-        drive=drive,
-        sweep=sweep,
+        drive=asked.drive,
+        sweep=asked.sweep,
         frequency=model.frequency,
         label=model.label,
-        readout=readout,
+        readout=asked.readout,
     )
 
 
 def respond(
-    model: ReducedModel,
-    drive: Drive,
-    sweep: Sweep,
-    damping: Damping | None = None,
+    model: ReducedModel | str | Path,
+    drive: Drive | Quantity | Sequence[Quantity] | Mapping[str, Any] | None = None,
+    sweep: Sweep | Sequence[Quantity] | Mapping[str, Any] | None = None,
+    damping: Damping | float | Sequence[float] | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     processes: int | None = None,
     path: str | Path | None = None,
@@ -68,8 +69,10 @@ def respond(
 
     Parameters
     ----------
-    model : reduced model; its own damping is used unless ``damping`` is given.
-    drive, sweep : levels and range, as in a scene.
+    model : reduced model, or its file; its own damping is used unless ``damping`` is given.
+    drive, sweep : levels and range, as in a scene; those of the scene that the model was reduced
+        from if left out.  A drive may be its direct levels, "5 Pa" or a list of such, a sweep its
+        two ends, a damping its quality factor, and each a table as in a scene file.
     progress : called as progress("drive levels", done, total) after every level, and every second
         with what a level under way has come to in place of "drive levels".
     processes : how many levels are followed at once, None for one per core.
@@ -84,19 +87,33 @@ def respond(
         If a branch cannot be followed, a drive pattern is missing, the range is empty, or the file
         cannot be written.
     """
+    model = stored.given(ReducedModel, model)
     check_range(model.diagnostics)
-    question = Question(drive, sweep, damping)
+    asked = Excitation.asked(model.scene, drive, sweep, damping, readout)
+    return _followed(model, asked, progress, processes, path)
+
+
+def _followed(
+    model: ReducedModel,
+    asked: Excitation,
+    progress: Progress | None,
+    processes: int | None,
+    path: str | Path | None,
+) -> Response:
+    """The response of a model to what is asked of it, saved level by level."""
+    question = Question(asked.drive, asked.sweep, asked.damping)
     system, omega, options = question.of(model)
-    empty = _empty(model, drive, sweep, readout)
+    empty = _empty(model, asked)
     key = key_of(system, omega, options)
     found = {} if path is None else resume(path, empty, key)
-    total = len(drive.levels)
-    missing = {number: drive.levels[number] for number in range(total) if number not in found}
+    levels = asked.drive.levels
+    total = len(levels)
+    missing = {number: levels[number] for number in range(total) if number not in found}
     with watched(progress) as told, growing(empty, key, found) as file:
         told("drive levels", len(found), total)
         try:
-            levels, numbers = list(missing.values()), list(missing)
-            given = system, omega, levels, processes, _watch(told, numbers, found, total)
+            numbers, watch = list(missing), _watch(told, list(missing), found, total)
+            given = system, omega, list(missing.values()), processes, watch
             for place, diagram in explore_each(*given, **options):
                 number = numbers[place]
                 found[number] = _of_modes(diagram, model.size, omega[0])
@@ -165,7 +182,7 @@ def _interrupted(empty: Response, found: Mapping[int, Diagram]) -> Response:
     warnings.warn(
         f"interrupted: {response.unfinished} of {len(empty.drive.levels)} drive levels are missing",
         AccuracyWarning,
-        stacklevel=3,
+        stacklevel=4,
     )
     return response
 

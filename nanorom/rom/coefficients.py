@@ -10,6 +10,8 @@ from nanorom.rom import tensors
 from nanorom.rom.names import index_of
 from nanorom.types import Array
 
+SHOWN = 8  # coefficients that are told of an equation: those that are largest
+
 
 class Coefficient(NamedTuple):
     """One coefficient of the paper: b_jkl of equation r, indices 1-based within the model."""
@@ -33,6 +35,12 @@ class Coefficients(dict[tuple[Any, ...], float]):
             (tuple(i + 1 for i in indices), orders * float(force[indices]))
             for indices, orders in tensors.monomials(len(self._labels), force.ndim)
         )
+
+    def __repr__(self) -> str:
+        largest = sorted(self, key=lambda index: -abs(self[index]))[:SHOWN]
+        shown = ", ".join(f"{index}: {self[index]:.6g}" for index in sorted(largest))
+        more = f", ... {len(self) - SHOWN} smaller ones" if len(self) > SHOWN else ""
+        return f"{{{shown}{more}}}"
 
     def __missing__(self, key: Any) -> float:
         indices = key if isinstance(key, tuple) else (key,)

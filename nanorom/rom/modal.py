@@ -17,6 +17,8 @@ from nanorom.rom.arrays import (
 )
 from nanorom.types import Array
 
+FOLLOWING = 1000  # numbers above are no modes, but fields that follow the masters of a manifold
+
 
 @attrs.frozen(eq=False, kw_only=True)
 class Modal:
@@ -39,7 +41,11 @@ class Modal:
     )
     number: NDArray[np.int64] = attrs.field(
         converter=as_integers,
-        metadata=array("L", "1", "places among all modes by frequency, from 1"),
+        metadata=array(
+            "L",
+            "1",
+            "places among all modes by frequency, from 1; above 1000: fields that follow modes",
+        ),
     )
     stiffness: Array = attrs.field(
         converter=as_array, metadata=array("L, L", "N/m", "K", symmetry=SYMMETRIC)

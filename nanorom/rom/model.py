@@ -177,14 +177,14 @@ class ReducedModel(Modal):
         return (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], self.size**2)
 
     def alpha(self, r: int | str) -> Coefficients:
-        """The paper's alpha_jk of equation r in N/m^2 by (j, k), all 1-based or names of modes.
+        """The paper's alpha_jk of equation r in N/m^2, alpha(r)[j, k]: 1-based or names of modes.
 
         Raises ModelError for a mode that the model lacks.
         """
         return self._paper(self.quadratic, r)
 
     def b(self, r: int | str) -> Coefficients:
-        """The paper's b_jkl of equation r in N/m^3 by (j, k, l), all 1-based or names of modes.
+        """The paper's b_jkl of equation r in N/m^3, b(r)[j, k, l]: 1-based or names of modes.
 
         Raises ModelError for a mode that the model lacks.
         """
@@ -200,12 +200,13 @@ class ReducedModel(Modal):
                 for indices, value in self._paper(tensor, r).items():
                     yield Coefficient(r, indices, value)
 
-    def select(self, modes: Sequence[int | str]) -> ReducedModel:
-        """The model of some modes, by number (among all) or by label; raises ModelError.
+    def select(self, modes: int | str | Sequence[int | str]) -> ReducedModel:
+        """The model of some modes or of one, by number (among all) or by label; raises ModelError.
 
         Where the model knows what lies outside its modes, the others become a part of that.
         """
-        positions = sorted({self._position(mode) for mode in modes})
+        chosen = [modes] if isinstance(modes, (int, str)) else modes
+        positions = sorted({self._position(mode) for mode in chosen})
         if not positions:
             raise ModelError("select: found no mode; give at least one")
         picked = schema.picked(self, "L", positions)

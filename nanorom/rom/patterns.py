@@ -22,6 +22,7 @@ from nanorom.rom.model import ReducedModel
 from nanorom.rom.shapes import Shapes
 from nanorom.scene import fields as v
 from nanorom.scene.drive import Drive
+from nanorom.scene.load import Load
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.patterns.gate import GateForce
 from nanorom.scene.patterns.pattern import NO_GATE, Absent, Areal, Pattern, VirtualWork
@@ -105,7 +106,7 @@ class DrawnWork(ModalWork):
 def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dict[str, Array]]:
     """The direct patterns (L,) in N and the parametric ones (L, L) in N/m of a model, by name.
 
-    Those that need no aim, the parametric ones beside the first direct one, and those of the
+    Those that need no key, the parametric ones beside the first direct one, and those of the
     drive.  Raises SceneError for a place beside the film.  Collective where the work is.
     """
     direct = _present(DIRECT, lambda one: one.force(work))
@@ -122,10 +123,10 @@ def reduced(work: ModalWork, drive: Drive | None) -> tuple[dict[str, Array], dic
 def _present(
     kinds: Mapping[str, type[AnyPattern]], made: Callable[[AnyPattern], Array]
 ) -> dict[str, Array]:
-    """What is made of those patterns that need no aim and that the film has."""
+    """What is made of those patterns that need no key and that the film has."""
     found = {}
     for name, kind in kinds.items():
-        if not kind.aimed():
+        if not kind.needs():
             with suppress(Absent):  # who drives by it is told then
                 found[name] = made(kind())
     return found
@@ -160,8 +161,8 @@ def _terms(model: ReducedModel, drive: Drive, j: Array, p: Array) -> list[Term] 
 
     if drive.voltage is not None:
         # half of (V + v cos)^2 - V^2, by powers of the level v
-        load = v.parse_toml(model.scene).get("load", {})
-        constant = v.read_quantity(load.get("voltage", 0.0), "V", "load.voltage")
+        load = v.from_table(Load, "load", v.parse_toml(model.scene).get("load"))
+        constant = load.electrodes[drive.electrode - 1].voltage
         return [
             Term(k, direct=factor * j, parametric=factor * p, power=power)
             for k, factor, power in ((0, 0.25, 2), (1, constant, 1), (2, 0.25, 2))
@@ -223,6 +224,13 @@ def aimed(model: ReducedModel, drive: Drive) -> ReducedModel:
             f"{key}: the model was reduced without this laser; reduce a scene with its position, "
             "radius, power and absorption"
         )
+    if drive.voltage is not None:
+        if GateForce.name not in model.drive:
+            raise ModelError(NO_GATE)
+        raise ModelError(
+            f"drive.gate: found {drive.electrode}, but the model was reduced with another one's "
+            "force; reduce a scene with this drive.gate"
+        )
     if model.shapes is None:
         raise ModelError(f"{key}: the model has no mode shapes to aim at")
     work = DrawnWork(model.shapes)
@@ -249,5 +257,8 @@ def _not_made_for(model: ReducedModel, drive: Drive) -> list[Pattern]:
     own = v.parse_toml(model.scene).get("drive")
     made = Drive(**own) if own else None
     known = {**model.drive, **model.parametric}
-    computed = (made.pattern, made.modulation) if made else ()
+    computed = [made.pattern, made.modulation] if made else []
+    names = [each.name for each in computed]
+    kinds = (*DIRECT.values(), *PARAMETRIC.values())
+    computed += [kind() for kind in kinds if kind.name not in names and not kind.needs()]
     return [each for each in asked if each.name not in known or each not in computed]

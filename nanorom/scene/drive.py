@@ -54,7 +54,7 @@ class Drive:
     direct, parametric: levels of ``direct_pattern`` and of ``parametric_pattern``, each in the unit
         that its class in `nanorom.scene.patterns` names.
     harmonics: terms of the drive by harmonics of its frequency; cos(omega t) of both if left out.
-    voltage: amplitude in V on the gate that attracts the film, in the place of all of these; laser:
+    voltage: amplitude in V on a gate that attracts the film, in the place of all of these; laser:
         that in W of light that heats it.
     The two lists go together level by level; a single value serves all levels of the other.
     Raises SceneError for levels, units or keys that do not fit the patterns.
@@ -112,7 +112,7 @@ class Drive:
             "drive.voltage",
             lambda value: _levels(value, "V", "drive.voltage"),
             allowed=f"one or a list of up to {MOST_LEVELS}, 0 or more",
-            about="amplitude v of V + v cos(omega t) on the gate of [load], level by level; the "
+            about="amplitude v of V + v cos(omega t) on a gate of [load], level by level; the "
             "keys above are then left out",
             unit="V",
         ),
@@ -239,7 +239,13 @@ class Drive:
         return self._aimed(PARAMETRIC[self.parametric_pattern])
 
     def _aimed(self, kind: type[Kind]) -> Kind:
-        return kind(**{name: getattr(self, name) for name in kind.keys()})
+        known = {name: getattr(self, name) for name in kind.keys()}
+        return kind(**{name: value for name, value in known.items() if value is not None})
+
+    @property
+    def electrode(self) -> int:
+        """Number of the gate of [load] that a voltage alternates on."""
+        return int(self.gate or 1)
 
     @property
     def levels(self) -> tuple[tuple[float, float], ...]:

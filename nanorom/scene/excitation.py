@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import attrs
 
@@ -151,6 +151,16 @@ class Sweep:
                 f"sweep.to: found {self.stop}; allowed: above sweep.from ({self.start})"
             )
 
+    @classmethod
+    def between(cls, ends: Any) -> Sweep:
+        """Of its two ends; raises SceneError."""
+        if not v.is_list(ends) or len(ends) != 2:
+            raise SceneError(
+                f"sweep: found {ends!r}; allowed: lowest and highest drive frequency, such as "
+                '("0.8 f1", "1.2 f1")'
+            )
+        return cls(*ends)
+
     def hertz(self, lowest: float) -> tuple[float, float]:
         """Ends of the range in Hz; raises SceneError if they are in the wrong order."""
         start, stop = self.start.hertz(lowest), self.stop.hertz(lowest)
@@ -214,6 +224,38 @@ class Excitation:
                 "damping.quality_factor: missing; leave out [damping] for a model's own damping"
             )
         return cls(**found)
+
+    @classmethod
+    def asked(
+        cls,
+        scene: str,
+        drive: Any = None,
+        sweep: Any = None,
+        damping: Any = None,
+        readout: Instrument | None = None,
+    ) -> Self:
+        """What is asked of the model of a scene: what is given, else what its TOML text has.
+
+        A drive may be its direct levels, a sweep its two ends, a damping its quality factor, each
+        of them a table of keys.  Raises SceneError.
+        """
+        short: dict[str, tuple[type, Callable[[Any], Any]]] = {
+            "drive": (Drive, Drive),
+            "sweep": (Sweep, Sweep.between),
+            "damping": (Damping, Damping),
+            "readout": (Instrument, Instrument),
+        }
+        found = {"drive": drive, "sweep": sweep, "damping": damping, "readout": readout}
+        found = {name: value for name, value in found.items() if value is not None}
+        if drive is None or sweep is None:
+            own = v.parse_toml(scene)
+            found = {n: own[n] for n in ("drive", "sweep", "readout") if n in own} | found
+        for name in ("drive", "sweep"):
+            if name not in found:
+                raise SceneError(
+                    f"{name}: missing; give one, or a model whose scene has a section [{name}]"
+                )
+        return cls(**{n: v.taken(short[n][0], n, each, short[n][1]) for n, each in found.items()})
 
     def to_toml(self) -> str:
         """The sections as TOML in SI numbers; reading it gives an equal object."""

@@ -231,6 +231,13 @@ def from_table(cls: type[Section], section: str, table: Any, **more: Any) -> Sec
     return cls(**{fields[key].name: value for key, value in table.items()}, **more)
 
 
+def taken(cls: type[Section], section: str, given: Any, short: Callable[[Any], Section]) -> Section:
+    """A section as it is, of a table of its keys, or of what ``short`` makes it of."""
+    if isinstance(given, cls):
+        return given
+    return from_table(cls, section, given) if isinstance(given, Mapping) else short(given)
+
+
 def _by_key(section: str, table: Mapping[str, Any], keys: dict[str, str]) -> dict[str, Any]:
     for name, key in keys.items():
         if name in table and key in table:
@@ -309,7 +316,8 @@ def to_table(section: Any) -> str:
 def to_toml_value(value: Any) -> str:
     """A value as TOML."""
     if attrs.has(type(value)) and _fields(type(value)):
-        known = {key: getattr(value, field.name) for key, field in _fields(type(value)).items()}
+        known = {"shape": getattr(value, "shape", None)}
+        known |= {key: getattr(value, field.name) for key, field in _fields(type(value)).items()}
         value = {key: each for key, each in known.items() if each is not None}
     if isinstance(value, Mapping):
         pairs = ", ".join(f"{to_toml_value(str(k))} = {to_toml_value(v)}" for k, v in value.items())

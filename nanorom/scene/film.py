@@ -12,8 +12,9 @@ import attrs
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
-from nanorom.scene.wrinkles import Wrinkles
+from nanorom.scene.wrinkles import TENSION_KEY, Unevenness, Wrinkles
 
+UNEVENNESS = '{ amplitude = "0.01 N/m", correlation = "0.5 um", seed = 1 }'
 WRINKLES = '{ amplitude = "1 nm", correlation = "0.5 um", seed = 1 }'
 
 
@@ -117,11 +118,34 @@ class Plate:
         return MODELS[self.model]
 
 
+def _as_variation(
+    value: str | Path | Mapping[str, Any] | Unevenness | None,
+) -> Path | Unevenness | None:
+    """What a variation of the tension may be given as, for type checkers."""
+    return _variation(value)
+
+
+def _variation(value: Any) -> Path | Unevenness | None:
+    if value is None or isinstance(value, Unevenness):
+        return value
+    if isinstance(value, Mapping):
+        return v.from_table(Unevenness, TENSION_KEY, value)
+    if not isinstance(value, (str, Path)) or str(value) == "":
+        raise units.wrong(
+            TENSION_KEY, value, f"the name of a table of x, y in m and N/m, or {UNEVENNESS}"
+        )
+    if not Path(value).is_file():
+        raise SceneError(f"{TENSION_KEY}: found '{value}'; there is no such file")
+    return Path(value)
+
+
 @attrs.frozen(field_transformer=v.readers)
 class Tension:
     """Film tension along x and y and its shear xy in N/m; negative is compression.
 
-    With one value it is the same in every direction.
+    With one value it is the same in every direction.  variation : what it has beside that from
+    place to place, alike in all directions, before it relaxes in the plane: a table of x, y in m
+    and N/m on any points, or an `Unevenness`.
     """
 
     x: float = attrs.field(
@@ -140,6 +164,17 @@ class Tension:
         converter=v.as_quantity,
         metadata=v.quantity(
             "tension.xy", "N/m", v.ANY, about="shear of the tension between x and y"
+        ),
+    )
+    variation: Path | Unevenness | None = attrs.field(
+        default=None,
+        converter=_as_variation,
+        metadata=v.custom(
+            TENSION_KEY,
+            _variation,
+            allowed=f"a file or {UNEVENNESS}",
+            about="table of x, y and what the tension has there beside x and y before it relaxes, "
+            "or a random one",
         ),
     )
 
@@ -162,7 +197,7 @@ class Tension:
     @property
     def is_isotropic(self) -> bool:
         """The same in every direction."""
-        return self.x == self.y and self.xy == 0.0
+        return self.x == self.y and self.xy == 0.0 and self.variation is None
 
     @classmethod
     def isotropic(cls, value: v.Quantity) -> Tension:
@@ -180,16 +215,21 @@ class Tension:
 
     @classmethod
     def from_table(cls, table: Any, plate: Plate) -> Tension:
-        """Read [tension]: value, or x, y and xy, in N/m, or stress in Pa; raises SceneError."""
-        v.check_keys("tension", table, ("value", "x", "y", "xy", "stress"))
-        match sorted(table):
+        """Read [tension]: value, or x, y and xy, in N/m, or stress in Pa, and a variation.
+
+        Raises SceneError.
+        """
+        v.check_keys("tension", table, ("value", "x", "y", "xy", "stress", "variation"))
+        variation = _variation(table.get("variation"))
+        match sorted(set(table) - {"variation"}):
             case ["x", "y"]:
-                return cls(table["x"], table["y"])
+                return cls(table["x"], table["y"], variation=variation)
             case ["x", "xy", "y"]:
-                return cls(table["x"], table["y"], table["xy"])
+                return cls(table["x"], table["y"], table["xy"], variation)
             case ["value"]:
-                return cls.isotropic(table["value"])
+                return attrs.evolve(cls.isotropic(table["value"]), variation=variation)
             case ["stress"]:
-                return cls.from_stress(table["stress"], plate.thickness)
+                even = cls.from_stress(table["stress"], plate.thickness)
+                return attrs.evolve(even, variation=variation)
         found = " and ".join(sorted(table)) or "no key"
         raise SceneError(f"tension: found {found}; allowed: value, or x and y (and xy), or stress")

@@ -1,4 +1,4 @@
-"""What regions and the rest of a scene say together: regions off the film, or on one another."""
+"""What regions, gates and the rest of a scene say together: off the film, or on one another."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
-from nanorom.scene.geometry import MeshFile
-from nanorom.scene.region import DrawnRegion, Region
+from nanorom.scene.geometry import Geometry, MeshFile
+from nanorom.scene.region import DrawnRegion, Region, overlap
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def check_regions(scene: Scene) -> None:
         _check_one(scene, region, number)
     size = max(np.ptp(_outline(scene, r), axis=0).max() for r in scene.regions)
     for (i, first), (j, second) in combinations(enumerate(scene.regions, 1), 2):
-        if _overlap(first, second, TOUCH * float(size)):
+        if overlap(first, second, TOUCH * float(size)):
             raise SceneError(
                 f"region: found {i} ({first.shape}) and {j} ({second.shape}) on one another; "
                 "allowed: regions that touch at most"
@@ -76,14 +76,38 @@ def _check_one(scene: Scene, region: Region, number: int) -> None:
                 f"region.tension: found {x:g}, {y:g} and {xy:g} N/m; allowed: greater than 0 in "
                 f"every direction for a {scene.plate.model}"
             )
+    _check_place(geometry, region, f"region: found number {number}")
+
+
+def check_gates(scene: Scene) -> None:
+    """Raise SceneError for gates below a part of a film that is not there."""
+    geometry, rules = scene.geometry, scene.plate.rules
+    for number, gate in enumerate(scene.load.gates or () if scene.load else (), 1):
+        if not (rules.planar and rules.shallow):
+            raise SceneError(
+                f"load.gate: found beside plate.model = {scene.plate.model}; allowed: plate, "
+                "membrane"
+            )
+        if gate.patch is None:
+            continue
+        if not isinstance(gate.patch, DrawnRegion) and not isinstance(geometry, MeshFile):
+            raise SceneError(
+                f"load.gate.patch: found surface on a {geometry.shape}; allowed: of a mesh file, "
+                "else a shape"
+            )
+        _check_place(geometry, gate.patch, f"load.gate: found number {number}")
+
+
+def _check_place(geometry: Geometry, region: Region, found: str) -> None:
+    """Raise SceneError for an outline that leaves the film, where that is known without a mesh."""
     if isinstance(geometry, MeshFile) or not isinstance(region, DrawnRegion):
         return
     off = [tuple(p) for p in region.outline() if not geometry.holds(_drawn_in(p))]
     if off:
         x, y = off[0]
         raise SceneError(
-            f"region: found number {number}, a {region.shape} that reaches ({x:.6g}, {y:.6g}) m; "
-            f"allowed: within the {geometry.shape}"
+            f"{found}, a {region.shape} that reaches ({x:.6g}, {y:.6g}) m; allowed: within the "
+            f"{geometry.shape}"
         )
 
 
@@ -99,28 +123,3 @@ def _outline(scene: Scene, region: Region) -> Array:
         return region.outline()
     scale = scene.geometry.scale if isinstance(scene.geometry, MeshFile) else 1.0
     return np.array([[0.0, 0.0], [scale, scale]])
-
-
-def _overlap(first: Region, second: Region, close: float) -> bool:
-    """Whether two regions have an area in common, as far as points on their outlines tell."""
-    if not (isinstance(first, DrawnRegion) and isinstance(second, DrawnRegion)):
-        return False  # the mesh tells
-    for one, other in ((first, second), (second, first)):
-        outline = one.outline()
-        if (other.depth(outline) > close).any():
-            return True
-        # outlines that are the same: a point just inside one of them tells
-        inner = outline + 1e3 * close * _inwards(one, outline, 1e3 * close)
-        if (np.minimum(one.depth(inner), other.depth(inner)) > close).any():
-            return True
-    return False
-
-
-def _inwards(region: DrawnRegion, outline: Array, step: float) -> Array:
-    """Unit vectors (n, 2) from an outline into its region, zero where none of eight is."""
-    found = np.zeros_like(outline)
-    for angle in np.pi / 4 * np.arange(8):
-        way = np.array([np.cos(angle), np.sin(angle)])
-        inside = region.depth(outline + step * way) > 0.3 * step
-        found[inside] = way
-    return found

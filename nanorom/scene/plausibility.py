@@ -146,7 +146,8 @@ def _buckles(scene: Scene) -> float | None:
     By Rayleigh's quotient of a shape that is clamped all around: any other edge buckles before.
     """
     geometry, load = scene.geometry, scene.load
-    if scene.plate.initial_shape is not None or not isinstance(geometry, (Disc, Rectangle)):
+    uneven = scene.plate.initial_shape is not None or scene.tension.variation is not None
+    if uneven or not isinstance(geometry, (Disc, Rectangle)):
         return None
     if load is not None and load.deflects:
         return None

@@ -196,3 +196,28 @@ class Section:
             tension=region.pull(tension, h),
             loss=material.loss if region.loss is None else region.loss,
         )
+
+
+def overlap(first: Region, second: Region, close: float) -> bool:
+    """Whether two regions have an area in common, as far as points on their outlines tell."""
+    if not (isinstance(first, DrawnRegion) and isinstance(second, DrawnRegion)):
+        return False  # the mesh tells
+    for one, other in ((first, second), (second, first)):
+        outline = one.outline()
+        if (other.depth(outline) > close).any():
+            return True
+        # outlines that are the same: a point just inside one of them tells
+        inner = outline + 1e3 * close * _inwards(one, outline, 1e3 * close)
+        if (np.minimum(one.depth(inner), other.depth(inner)) > close).any():
+            return True
+    return False
+
+
+def _inwards(region: DrawnRegion, outline: Array, step: float) -> Array:
+    """Unit vectors (n, 2) from an outline into its region, zero where none of eight is."""
+    found = np.zeros_like(outline)
+    for angle in np.pi / 4 * np.arange(8):
+        way = np.array([np.cos(angle), np.sin(angle)])
+        inside = region.depth(outline + step * way) > 0.3 * step
+        found[inside] = way
+    return found

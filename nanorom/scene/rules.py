@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
 from nanorom.scene.geometry import MeshFile
-from nanorom.scene.parted import check_regions
+from nanorom.scene.parted import check_gates, check_regions
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
+from nanorom.scene.wrinkles import Unevenness
 
 if TYPE_CHECKING:
     from nanorom.scene.scene import Scene
@@ -31,11 +32,22 @@ def check_film(scene: Scene) -> None:
     _check_material(scene)
     _check_masses(scene)
     check_regions(scene)
+    check_gates(scene)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
             f"for a {model}"
         )
+    if tension.variation is not None and not (rules.planar and rules.shallow):
+        raise SceneError(
+            f"tension.variation: found beside plate.model = {model}; allowed: plate, membrane"
+        )
+    if isinstance(tension.variation, Unevenness) and rules.bends is False:
+        if not tension.variation.amplitude < tension.smallest:
+            raise SceneError(
+                f"tension.variation.amplitude: found {tension.variation.amplitude:g} N/m; allowed: "
+                f"less than the tension, {tension.smallest:g} N/m, for a {model}"
+            )
     if not rules.planar and tension.xy:
         raise SceneError(
             f"tension.xy: found {tension.xy:g} N/m beside plate.model = {model}; "
@@ -70,10 +82,17 @@ def check_source(scene: Scene) -> None:
             )
     if drive is None:
         return
-    if drive.voltage is not None and (load is None or load.gap is None):
-        raise SceneError(
-            "drive.voltage: found without a gate; allowed beside load.gap and load.voltage"
-        )
+    if drive.voltage is not None:
+        gates = () if load is None else load.electrodes
+        if not gates:
+            raise SceneError(
+                "drive.voltage: found without a gate; allowed beside load.gap and load.voltage, or "
+                "[[load.gate]]"
+            )
+        if drive.electrode > len(gates):
+            raise SceneError(
+                f"drive.gate: found {drive.electrode}; allowed: 1 to {len(gates)}, a gate of [load]"
+            )
     if drive.laser is None:
         return
     if not scene.material.thermal:

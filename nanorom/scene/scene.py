@@ -224,6 +224,11 @@ class Scene(metaclass=_Loaded):
         return self.load is None and self.plate.initial_shape is None
 
     @property
+    def patches(self) -> tuple[Region, ...]:
+        """Regions, and outlines of gates: cells follow the edges of all of them."""
+        return self.regions + (self.load.patches if self.load is not None else ())
+
+    @property
     def lossy(self) -> bool:
         """The film's material or the gas about it damps every mode."""
         return self.bends_with_loss or self.gas is not None
@@ -250,9 +255,18 @@ class Scene(metaclass=_Loaded):
             raise SceneError(f"{path}: {error}") from None
 
     @classmethod
-    def of(cls, scene: Scene | str | Path) -> Scene:
-        """A scene as it is, or read from the file of a name; raises SceneError."""
-        return scene if isinstance(scene, Scene) else cls.from_file(scene)
+    def of(cls, scene: Scene | str | Path | Mapping[str, Any]) -> Scene:
+        """A scene as it is, of tables, or read from the file of a name; raises SceneError."""
+        if isinstance(scene, Scene):
+            return scene
+        if isinstance(scene, Mapping):
+            return cls.from_dict(scene)
+        if isinstance(scene, (str, Path)):
+            return cls.from_file(scene)
+        raise SceneError(
+            f"scene: found {type(scene).__name__}; allowed: a Scene, its tables, or the name of a "
+            "scene file"
+        )
 
     @classmethod
     def from_toml(cls, text: str, directory: str | Path = ".") -> Scene:
@@ -294,6 +308,9 @@ class Scene(metaclass=_Loaded):
         if isinstance(table.get("initial_shape"), str) and table["initial_shape"]:
             table["initial_shape"] = str(Path(directory) / table["initial_shape"])
         plate = stack.plate(table) if stack else v.from_table(Plate, "plate", table)
+        pull = document.get("tension")
+        if isinstance(pull, Mapping) and isinstance(pull.get("variation"), str):
+            document["tension"] = {**pull, "variation": str(Path(directory) / pull["variation"])}
         given: dict[str, Any] = {"plate": plate, **(stack.film() if stack else {})}
         regions = document.pop("region", ())
         for name, table in document.items():

@@ -1,8 +1,9 @@
-"""Films that are not quite flat: a random shape of a given height and width of its wrinkles."""
+"""Films that are not quite flat, or not quite evenly stretched: random fields of a given width."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import attrs
 import numpy as np
@@ -11,7 +12,19 @@ from nanorom.scene import fields as v
 from nanorom.types import Array
 
 KEY = "plate.initial_shape"
-WAVES = 400  # plane waves: heights at a place are normal and covariances right to 1/sqrt(WAVES)
+TENSION_KEY = "tension.variation"
+WAVES = 400  # plane waves: values at a place are normal and covariances right to 1/sqrt(WAVES)
+
+
+def _correlation(key: str) -> Any:
+    about = "length l of its correlation exp(-d^2/(2 l^2))"
+    metadata = v.quantity(f"{key}.correlation", "m", about=about)
+    return attrs.field(converter=v.as_quantity, metadata=metadata)
+
+
+def _seed(key: str) -> Any:
+    metadata = v.integer(f"{key}.seed", 0, 2**32 - 1, about="of the random numbers")
+    return attrs.field(default=0, metadata=metadata)
 
 
 @attrs.frozen(field_transformer=v.readers)
@@ -27,21 +40,40 @@ class Wrinkles:
         converter=v.as_quantity,
         metadata=v.quantity(f"{KEY}.amplitude", "m", about="standard deviation of the height"),
     )
-    correlation: float = attrs.field(
+    correlation: float = _correlation(KEY)
+    seed: int = _seed(KEY)
+
+    def values(self, points: Array) -> Array:
+        """Height (n,) in m at points (n, 2) in m."""
+        return random_field(self, points)
+
+
+@attrs.frozen(field_transformer=v.readers)
+class Unevenness:
+    """A Gaussian random field of tension (N/m) beside the film's, before it relaxes.
+
+    The same in every direction; amplitude, correlation and seed are as of `Wrinkles`.
+    """
+
+    amplitude: float = attrs.field(
         converter=v.as_quantity,
         metadata=v.quantity(
-            f"{KEY}.correlation", "m", about="length l of its correlation exp(-d^2/(2 l^2))"
+            f"{TENSION_KEY}.amplitude", "N/m", about="standard deviation, before it relaxes"
         ),
     )
-    seed: int = attrs.field(
-        default=0, metadata=v.integer(f"{KEY}.seed", 0, 2**32 - 1, about="of the random numbers")
-    )
+    correlation: float = _correlation(TENSION_KEY)
+    seed: int = _seed(TENSION_KEY)
 
-    def height(self, points: Array) -> Array:
-        """Height (n,) in m at points (n, 2) in m."""
-        vectors, phases = _waves(self.seed)
-        angles = points @ vectors.T / self.correlation + phases
-        return np.asarray(self.amplitude * np.sqrt(2 / WAVES) * np.cos(angles).sum(axis=1))
+    def values(self, points: Array) -> Array:
+        """Tension (n,) in N/m at points (n, 2) in m."""
+        return random_field(self, points)
+
+
+def random_field(field: Wrinkles | Unevenness, points: Array) -> Array:
+    """Values (n,) at points (n, 2) in m."""
+    vectors, phases = _waves(field.seed)
+    angles = points @ vectors.T / field.correlation + phases
+    return np.asarray(field.amplitude * np.sqrt(2 / WAVES) * np.cos(angles).sum(axis=1))
 
 
 @lru_cache(maxsize=4)

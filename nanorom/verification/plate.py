@@ -183,7 +183,7 @@ def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:
         law=np.array(plate.stiffness.law),
         even=plate.mirrors.even,
         shape=None if shape is None else shape.x.array.copy(),
-        gate=None if gate is None else Gate(float(gate.gap), float(gate.strength)),
+        gate=None if gate is None else Gate(gate.gates[0].gap, gate.gates[0].strength),
     )
 
 

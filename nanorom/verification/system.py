@@ -11,7 +11,7 @@ square of the second.  Source: von Karman's and Marguerre's plates.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import attrs
@@ -20,6 +20,7 @@ import scipy.sparse as sp
 
 from nanorom.errors import SceneError
 from nanorom.fem.fields import membrane
+from nanorom.fem.symmetry import Parity
 from nanorom.types import Array
 from nanorom.verification.film import DiscreteFilm, pulled, symmetric_product
 from nanorom.verification.plate import PlateFilm
@@ -71,6 +72,16 @@ class FilmSystem:
         found = np.zeros((self.size, values.shape[1]))
         found[self._deflections[place]] = values
         return found
+
+    @property
+    def rows(self) -> dict[Parity, slice]:
+        """Rows of the deflections of each class."""
+        return dict(zip(self.classes.deflections, self._deflections))
+
+    def parts(self, vectors: Array) -> Iterator[tuple[Parity, np.ndarray, Array]]:
+        """Of unknowns (n, p), each class of deflections: its free rows of all, and these (f, p)."""
+        for parity, rows in self.rows.items():
+            yield parity, self.discrete.free[parity], vectors[rows]
 
     def quadratic(self, u: Array, v: Array) -> Array:
         """Q(u, v) (n, p)."""

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import resource
 import sys
 import tempfile
 import time
@@ -25,6 +24,7 @@ import numpy as np
 
 import nanorom
 from nanorom.bench import report
+from nanorom.bench.size import peak
 from nanorom.continuation import Diagram, ModalSystem, explore
 from nanorom.results.respond import respond
 from nanorom.rom.model import ReducedModel
@@ -88,7 +88,7 @@ def timed(size: int, name: str, run: Callable[[], Diagram]) -> Row:
     start = time.process_time()
     diagram = run()
     cpu = time.process_time() - start
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    most = 1e3 * peak()  # ru_maxrss would be that of the process that began this one, if larger
     branches = diagram.branches
     return Row(
         size, name, cpu, most, len(branches), sum(map(len, branches)), len(diagram.special_points)
@@ -97,19 +97,25 @@ def timed(size: int, name: str, run: Callable[[], Diagram]) -> Row:
 
 def by_damping() -> Iterator[Resonance]:
     """A resonance and a tongue of one oscillator, at the same amplitude whatever its Q."""
+    resonance(QUALITIES[0])  # what is loaded the first time does not count
     first = None
     for quality in QUALITIES:
-        loss = 1 / quality
-        system = ModalSystem(
-            stiffness=[1.0], damping=[loss], cubic=[[[[1.0]]]], direct=[1.0], parametric=[1.0]
-        )
-        start = time.process_time()
-        direct = explore(system, (0.9, 1.2), 0.3 * loss)
-        pumped = explore(system, (1.9, 2.2), 0.0, 4 * loss)
-        cpu = time.process_time() - start
+        cpu, points = resonance(quality)
         first = first or cpu
-        points = ", ".join(p.type for d in (direct, pumped) for p in d.special_points)
         yield Resonance(quality, cpu, cpu / first, points)
+
+
+def resonance(quality: float) -> tuple[float, str]:
+    """CPU seconds and special points of a quality factor."""
+    loss = 1 / quality
+    system = ModalSystem(
+        stiffness=[1.0], damping=[loss], cubic=[[[[1.0]]]], direct=[1.0], parametric=[1.0]
+    )
+    start = time.process_time()
+    direct = explore(system, (0.9, 1.2), 0.3 * loss)
+    pumped = explore(system, (1.9, 2.2), 0.0, 4 * loss)
+    cpu = time.process_time() - start
+    return cpu, ", ".join(p.type for d in (direct, pumped) for p in d.special_points)
 
 
 def alone(function: Callable[..., Row], *given: object) -> Row:

@@ -2,17 +2,22 @@
 
 import re
 
+import attrs
 import numpy as np
 import pytest
 
 from nanorom.cli.main import main
 from nanorom.errors import SceneError
+from nanorom.fem.reduce import reduce_scene
 from nanorom.fem.tuning import follow
+from nanorom.plots import load_curve
 from nanorom.results.loadcurve import LoadCurve
+from nanorom.rom.manifold.coefficients import oscillator
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Accuracy, Modes
-from tests.fem.routes.test_loaded_scenes import RADIUS, TENSION, THICKNESS, UNIT, drum
+from nanorom.workflow import tune
+from tests.fem.routes.test_loaded_scenes import MODULUS, RADIUS, TENSION, THICKNESS, UNIT, drum
 
 ROUGH = Accuracy(degree=5, mesh_size=RADIUS / 2)
 EXACT_PULL_IN = 0.7892  # V^2 eps0 R^2/(2 T g^3): Pelesko and Bernstein 2002, table 7.1
@@ -73,6 +78,34 @@ def test_shallow_dome_snaps_through_from_its_scene(tmp_path):
     assert curve.stable[0] and curve.stable[-1]
     assert curve.centre[-1] < -2.5 * THICKNESS  # turned inside out
     assert curve.load[-1] == -6e3
+
+
+def test_cubic_coefficients_are_those_of_models_about_the_states(tmp_path):
+    """At rest that of table 1 (a membrane's f01), under load that of a reduced model."""
+    scene = gated(3 * UNIT, 1.0, modes=Modes(count=1))
+    volts = scene.load.voltage * np.array([0.02, 0.7, 1.2])
+    curve = tune(scene, at=volts.tolist())
+    unit = MODULUS * THICKNESS / RADIUS**2
+    assert curve.cubic[0, 0] == pytest.approx(2.839702975852 * unit, rel=3e-3)
+    loaded = attrs.evolve(scene, load=Load(voltage=volts[2], gap=3 * UNIT))
+    model = reduce_scene(loaded)
+    assert curve.cubic[2, 0] == pytest.approx(oscillator(model, 0).cubic, rel=1e-6)
+    assert curve.frequency[2, 0] == pytest.approx(model.frequency[0], rel=1e-9)
+    assert curve.tension[2] == pytest.approx(float(model.static["mean_tension"]), rel=1e-9)
+    (at,) = curve.turns["f01"]
+    assert volts[0] < at < volts[2] and curve.cubic[2, 0] < 0
+    assert "the cubic coefficient of f01 changes its sign at" in curve.text()
+    curve.save(tmp_path / "curve.h5")
+    assert LoadCurve.load_file(tmp_path / "curve.h5").turns == curve.turns
+    load_curve(curve, tmp_path / "curve.png")
+
+
+def test_chosen_loads_that_do_not_rise_or_are_no_loads_are_told():
+    scene = gated(3 * UNIT, 1.0, modes=Modes(count=1))
+    with pytest.raises(SceneError, match="at: found 2, 1 V; allowed: values that rise"):
+        tune(scene, at=["2 V", "1 V"])
+    with pytest.raises(SceneError, match=r"at\[1\]: found '2 Pa'"):
+        tune(scene, at=["2 Pa"])
 
 
 SCENE = """

@@ -175,3 +175,37 @@ def test_resonances_with_heights_are_no_sweeps(tmp_path):
     resonances.write_text("frequency (MHz),mode,amplitude (nm)\n20,f01,1\n", encoding="utf-8")
     assert is_sweep(sweep)
     assert not is_sweep(resonances)
+
+
+NUMBERS = [(14.0e6, 1.0, -5.0), (14.3e6, 9.0, -90.0), (14.6e6, 2.0, -175.0)]  # Hz, nm, degrees
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "tail"),
+    [
+        ("Messung bei 20 °C\nFrequenz [MHz];Amplitude [nm];Phase [°]", "{m};{a};{p}", ""),
+        ("!CSV A.01\nBEGIN CH1\nFreq(Hz),S21 Log Mag(nm),S21 Phase(deg)", "{f},{a},{p}", "END"),
+        ("Frequency;Amplitude;Phase", "{m} MHz;{a} nm;{p}", ";;"),
+        ("  Frequency(Hz)   R(nm)   Theta(rad)", " {f:.9E}  {a:.9E}  {r:.9E}", ""),
+        ("frequency,r (nm),phase", "{f},{a},{r}", ""),
+    ],
+)
+def test_what_laboratories_write_is_read_as_they_mean_it(write, head, row, tail):
+    """Signs of degrees, S parameters, farewells, units behind values, FORTRAN, radians unsaid."""
+    rows = [row.format(f=f, m=f / 1e6, a=a, p=p, r=np.radians(p)) for f, a, p in NUMBERS]
+    if ".9E" in row:
+        rows = [text.replace("E", "D") for text in rows]
+    (trace,) = MeasuredResponse.from_file(write("\n".join([head, *rows, tail]))).traces
+    frequency, amplitude, phase = np.array(NUMBERS).T
+    assert trace.frequency == pytest.approx(frequency, rel=1e-9)
+    assert trace.amplitude == pytest.approx(1e-9 * amplitude, rel=1e-9)
+    assert trace.phase == pytest.approx(np.radians(phase), rel=1e-6)
+
+
+def test_a_column_for_each_level_is_a_trace_for_each(write):
+    path = write("f (MHz);-20 dBm;0 dBm\n14,0;1,5;15\n14,1;2,5;nan\n", "drum_up.csv")
+    first, second = MeasuredResponse.from_file(path).traces
+    assert (first.level, second.level) == ("-20 dBm", "0 dBm")
+    assert (first.direction, second.direction) == ("up", "up")
+    assert first.amplitude.tolist() == [1.5, 2.5]
+    assert (second.frequency.tolist(), second.amplitude.tolist()) == ([14e6], [15.0])

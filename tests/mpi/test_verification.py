@@ -34,7 +34,9 @@ def device():
 def test_ranks_find_the_same_orbits(device, monkeypatch):
     shared = campaign.verify(*device, points=POINTS, more=2)
     monkeypatch.setattr(campaign, "together", lambda: MPI.COMM_SELF)
-    alone = campaign.verify(*device, points=POINTS, more=2)
+    world = MPI.COMM_WORLD
+    alone = campaign.verify(*device, points=POINTS, more=2) if world.rank == 0 else None
+    alone = world.bcast(alone)
     assert alone.solved.all()
     assert "LP" in alone.type
     for field in attrs.fields(Verified):

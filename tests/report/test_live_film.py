@@ -34,6 +34,22 @@ def test_moving_film_is_the_sum_of_the_shapes(opened, model, response):
     assert largest == pytest.approx(most, rel=1e-6)
 
 
+def test_rim_moves_with_the_film_where_its_edge_is_free(opened, response):
+    click_point(opened, 1, 10)
+    rim, film, moved = opened.evaluate("""(() => {
+        const { film } = nanorom;
+        const { stage } = film, { geometry } = stage.rim;
+        film.theta = 1;
+        film.draw();
+        const pairs = Array.from(geometry.index.array);
+        const rim = pairs.map((i) => geometry.attributes.position.getZ(i));
+        const own = film.stage.film.edges.map((i) => stage.places[3 * i + 2]);
+        return [rim, own, own.map((z, k) => z - stage.base[3 * pairs[k] + 2])];
+    })()""")
+    assert rim == film
+    assert np.ptp(moved) > 0  # the edge of this made-up film moves
+
+
 def test_only_the_film_is_drawn_anew_while_it_moves(opened, response):
     click_point(opened, 1, 10)
     drawn = opened.evaluate("""new Promise((done) => {

@@ -157,7 +157,7 @@ def test_new_pattern_of_a_known_kind_is_one_class_and_one_row(model, monkeypatch
 
 def test_keys_of_every_pattern_are_keys_of_the_drive():
     fields = attrs.fields_dict(Drive)
-    own = {"position", "radius", "field", "wire", "power", "absorption", "cavity"}
+    own = {"position", "radius", "field", "wire", "gate", "power", "absorption", "cavity"}
     assert set(KEYS) == own <= set(fields)
     for name, kind in (DIRECT | PARAMETRIC).items():
         assert kind.name == name and kind.unit and set(kind.keys()) <= set(fields)

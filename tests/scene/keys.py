@@ -12,6 +12,7 @@ from nanorom.scene.cavity import Cavity
 from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Damping, Sweep
 from nanorom.scene.film import Plate, Tension
+from nanorom.scene.gate import Gate
 from nanorom.scene.geometry import SHAPES
 from nanorom.scene.instrument import Instrument
 from nanorom.scene.layers import Layer
@@ -25,7 +26,7 @@ from nanorom.scene.request import Accuracy, Modes, Reduction
 from nanorom.scene.spread import Spreads
 from nanorom.scene.support import Edge, PlaneSpring, Spring, Support
 from nanorom.scene.waves import Harmonic
-from nanorom.scene.wrinkles import Wrinkles
+from nanorom.scene.wrinkles import Unevenness, Wrinkles
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "scene.md"
 SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
@@ -33,6 +34,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "plate, initial_shape": Wrinkles,
     "material": Material,
     "tension": Tension,
+    "tension, variation": Unevenness,
     "support": Support,
     "support, springs": Spring,
     "support, in_plane": Edge,
@@ -45,6 +47,7 @@ SECTIONS = {f"geometry, {name}": kind for name, kind in SHAPES.items()} | {
     "region": Region,
     **{f"region, {name}": kind for name, kind in REGIONS.items()},
     "load": Load,
+    "load, gate": Gate,
     "gas": Gas,
     "damping": Damping,
     "drive": Drive,

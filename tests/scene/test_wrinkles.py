@@ -13,7 +13,7 @@ SAMPLED = 5 / np.sqrt(len(SEEDS))  # of moments that so many seeds give, at five
 
 
 def heights(points):
-    return np.array([Wrinkles(AMPLITUDE, CORRELATION, seed).height(points) for seed in SEEDS])
+    return np.array([Wrinkles(AMPLITUDE, CORRELATION, seed).values(points) for seed in SEEDS])
 
 
 def test_heights_are_normal_with_a_gaussian_correlation():
@@ -28,9 +28,9 @@ def test_heights_are_normal_with_a_gaussian_correlation():
 
 def test_a_seed_is_one_shape():
     points = np.random.default_rng(3).random((20, 2)) * 5e-6
-    one, again = (Wrinkles("2 nm", "0.5 um", 7).height(points) for _ in range(2))
+    one, again = (Wrinkles("2 nm", "0.5 um", 7).values(points) for _ in range(2))
     assert (one == again).all()
-    assert (one != Wrinkles("2 nm", "0.5 um", 8).height(points)).all()
+    assert (one != Wrinkles("2 nm", "0.5 um", 8).values(points)).all()
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,7 @@
 ./run python -m tests.stress.losses [COUNT]
 """
 
-import sys
 import warnings
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -78,16 +76,5 @@ def case(seed: int) -> Case:
     return Case(seed, what, dilution, tolerance, float(true.max()), float(told.max()), ratio)
 
 
-def main() -> None:
-    """Compute the cases of the first seeds, and write the table."""
-    count = int(sys.argv[1]) if sys.argv[1:] else 20
-    rows = []
-    for seed in range(count):
-        rows.append(case(seed))
-        print(report.line(rows[-1]), flush=True)
-    command = f"python -m tests.stress.losses {count}"
-    report.write_markdown("Losses", [rows], Path(__file__).with_suffix(".md"), command)
-
-
 if __name__ == "__main__":
-    main()
+    report.tabled(case, "tests.stress.losses", 20)

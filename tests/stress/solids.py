@@ -3,9 +3,7 @@
 ./run python -m tests.stress.solids [COUNT]
 """
 
-import sys
 import warnings
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -87,16 +85,5 @@ def case(seed: int) -> Case:
     return Case(seed, what, tolerance, size, frequency, told[0], cubic, told[1], ratio)
 
 
-def main() -> None:
-    """Compute the cases of the first seeds, and write the table."""
-    count = int(sys.argv[1]) if sys.argv[1:] else 12
-    rows = []
-    for seed in range(count):
-        rows.append(case(seed))
-        print(report.line(rows[-1]), flush=True)
-    command = f"python -m tests.stress.solids {count}"
-    report.write_markdown("Solids", [rows], Path(__file__).with_suffix(".md"), command)
-
-
 if __name__ == "__main__":
-    main()
+    report.tabled(case, "tests.stress.solids", 12)

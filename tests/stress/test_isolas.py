@@ -2,13 +2,13 @@
 
 import pytest
 
-from tests.stress.isolas import scanned
+from tests.stress.isolas import near, scanned, wide
 
-SEEDS = (1, 2)
+CASES = ((near, 1), (wide, 2))  # the second merges at twice the level, and the range cuts it there
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_every_orbit_of_an_isola_that_a_shooting_scan_finds_is_on_a_branch(seed):
-    row = scanned(seed)
+@pytest.mark.parametrize("draw, seed", CASES)
+def test_every_orbit_of_an_isola_that_a_shooting_scan_finds_is_on_a_branch(draw, seed):
+    row = scanned(seed, draw)
     assert row.isolas > 0 and row.on_isolas > 0
     assert not row.missed

@@ -87,6 +87,10 @@ class PhasedBalance:
         jacobian[n, :n] = self.weights
         return np.append(residual + level * by_level, self.weights @ z[:n]), jacobian
 
+    def residual(self, z: Array) -> Array | None:
+        """Not to be had for less than `system`."""
+        return None
+
     def solve(self, matrix: Array, right: Array) -> Array:
         """The solution (n, k) for right sides (n, k)."""
         return np.asarray(np.linalg.solve(matrix, right))

@@ -20,6 +20,7 @@ from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 MEETING = 1e-5  # sine of a pair's angle: real multipliers have it 0 but for rounding
+SPARE = 1.2  # times the coefficients that are wanted: so many change nothing
 LEFT_OUT = 0.03  # of the tolerance: coefficients that are no unknowns
 
 
@@ -49,8 +50,13 @@ class CriticalCurve(Curve):
         there = here if whole is here.balance else self._moved(here, whole)
         part = min(LEFT_OUT * self.tolerance, self.small_force)
         less = whole.without_small(there.z, part)
-        same = np.array_equal(less.basis.taken, here.balance.basis.taken)
-        return here if same else self._moved(there, less)
+        wanted, known = less.basis.taken, here.balance.basis.taken
+        if wanted.shape == known.shape and not (wanted & ~known).any():
+            if here.balance.basis.size <= SPARE * less.basis.size:
+                here.balance.begin_with(here.balance)
+                return here
+        less.begin_with(here.balance)
+        return self._moved(there, less)
 
     def follow(
         self,

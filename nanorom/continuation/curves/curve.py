@@ -31,9 +31,12 @@ SQUARED = 1e-2  # of the tolerance: a last change that leaves an error much smal
 BESIDE_DAMPING = 1e-3  # of the damping, 1/Q: what may be left out of an orbit
 TURN = 1e-9  # of a step, to which a turn of the parameter is located
 NEWTON_STEPS, EASY_STEPS = 8, 4
+NEWTON_CHORDS = 20  # of both kinds
+FALLING = 0.3  # of the change before: less, and the matrix is still good
 FIRST = 0.1  # of the largest step
 LEAST_STEP = 1e-7  # arc length, in units of the unknowns
 SHORT = 1e-5  # arc length below which the curve may turn as it likes: a cusp
+BESIDE = 0.25  # of a step: how far its end may be off the tangent, as an arc's that turns so far
 BENT = 0.2  # of a step: how far its middle may be off the chord
 LAST_ROWS = 4  # of the coefficients: cosine and sine of the last two harmonics
 
@@ -46,6 +49,9 @@ class Equations(Protocol):
 
     def system(self, z: Array) -> tuple[Array, Array]:
         """Residual (n - 1,) and Jacobian (n - 1, n) for n unknowns."""
+
+    def residual(self, z: Array) -> Array | None:
+        """That of `system`, near where it was asked last, if it is to be had for less."""
 
     def solve(self, matrix: Array, right: Array) -> Array:
         """The solution (n, k) of the last Jacobian with a border (n, n) for right sides (n, k)."""
@@ -84,6 +90,7 @@ class Curve(ABC):
     limits : of the drive frequency and of the level
     tolerance : size of the last harmonics, relative to the orbit
     at : levels at which points are located
+    turning : whether turns of the level are, too, for which tangents are to have all digits
     """
 
     origin: ScaledSystem
@@ -92,6 +99,7 @@ class Curve(ABC):
     limits: tuple[tuple[float, float], tuple[float, float]]
     tolerance: float
     at: Sequence[float] = ()
+    turning: bool = True
     small_force: float = attrs.field(init=False)  # of the orbit, beside that of the damping
 
     @small_force.default
@@ -150,19 +158,25 @@ class Curve(ABC):
 
     def _advance(self, here: Place, length: float) -> tuple[Place, bool]:
         here = self._adapt(here)
+        there = here.z + length * here.tangent
         z, tangent, steps = self._correct(
-            here.balance, here.z + length * here.tangent, here.tangent
+            here.balance, there, here.tangent, chords=not self.turning
         )
-        if tangent @ here.tangent < STRAIGHT and length > SHORT:
+        aside = np.linalg.norm(z - there) > BESIDE * length
+        if (aside or tangent @ here.tangent < STRAIGHT) and length > SHORT:
             raise ContinuationError("the curve turns too fast for the step")
-        return attrs.evolve(here, z=z, tangent=tangent), steps <= EASY_STEPS
+        return attrs.evolve(here, z=z, tangent=tangent), steps <= (
+            EASY_STEPS if self.turning else 1
+        )
 
     def _between(self, here: Place, there: Place) -> list[Point]:
         """The points within a step at which the parameter turns back or has a level asked for."""
         balance = there.balance
         before = here if here.balance is balance else self._moved(here, balance)
         level = balance.basis.size + 1
-        turning = self._located(before, there, lambda place: float(place.tangent[level]))
+        turning = None
+        if self.turning:
+            turning = self._located(before, there, lambda place: float(place.tangent[level]))
         found = []
         for one, two in ((before, turning or there), (turning, there)):
             if one is None:
@@ -184,7 +198,7 @@ class Curve(ABC):
         z[level] = value
         border = np.eye(len(z))[level]
         try:
-            found, tangent, _ = self._correct(before.balance, z, border)
+            found, tangent, _ = self._correct(before.balance, z, border, chords=not self.turning)
         except ContinuationError:  # located by bisection below
             found, tangent = np.full_like(z, np.inf), z
         if np.linalg.norm(found - z) < BENT * np.linalg.norm(there.z - before.z):
@@ -251,20 +265,39 @@ class Curve(ABC):
         full = basis.expand(basis.unpack(z[:n]), self.origin.size)
         return Point(full, float(z[n]), float(z[n + 1]), tuple(z[n + 2 :].tolist()))
 
-    def _correct(self, balance: Equations, z: Array, border: Array) -> tuple[Array, Array, int]:
-        """Newton's method orthogonal to a border, the tangent, and the number of corrections."""
+    def _correct(
+        self, balance: Equations, z: Array, border: Array, chords: bool = False
+    ) -> tuple[Array, Array, int]:
+        """Newton's method orthogonal to a border, the tangent, and the number of corrections.
+
+        chords : whether a matrix is kept while changes fall fast, and the tangent is that of it
+        """
         right = np.zeros((len(z), 2))  # for the change, and for the tangent
         right[-1, 1] = 1.0
-        for step in range(NEWTON_STEPS):
-            residual, jacobian = balance.system(z)
+        matrix, last, first, corrections = None, np.inf, np.inf, 0
+        for _ in range(NEWTON_CHORDS if chords else NEWTON_STEPS):
+            residual = balance.residual(z) if matrix is not None else None
+            if residual is None:
+                residual, jacobian = balance.system(z)
+                matrix, last = np.vstack([jacobian, border]), np.inf
+                corrections += 1
             right[:-1, 0] = -residual
             try:
-                change, direction = balance.solve(np.vstack([jacobian, border]), right).T
+                change, direction = balance.solve(matrix, right).T
             except np.linalg.LinAlgError:  # singular: as one that does not converge
                 break
+            size = float(np.abs(change).max())
+            if size > FALLING * last:  # with a new matrix from here
+                matrix = None
+                continue
+            if chords and last == np.inf:
+                if size > first:  # a shorter step costs less than to see whether it comes back
+                    break
+                first = size
             z = z + change
             if not np.all(np.isfinite(z)) or z[balance.basis.size] <= 0:
                 break
-            if np.abs(change).max() < self._solved * max(1.0, np.abs(z).max()):
-                return z, direction / np.linalg.norm(direction), step + 1
+            if size < self._solved * max(1.0, np.abs(z).max()):
+                return z, direction / np.linalg.norm(direction), corrections
+            matrix, last = matrix if chords else None, size
         raise ContinuationError("the curve cannot be corrected")

@@ -74,6 +74,7 @@ def locus(
     largest_step: float = 0.1,
     tolerance: float = 1e-9,
     at: Sequence[float] = (),
+    turns: bool = True,
     codimension_two: bool = True,
 ) -> Locus:
     """Follow a special point of `explore` in the plane of frequency and another parameter.
@@ -93,17 +94,15 @@ def locus(
         size of the orbit, the frequency and the level
     tolerance : size of the last harmonics, relative to the orbit
     at : levels at which there are to be points of the curve, in the unit of `level`
+    turns : whether to locate where the level turns back; a curve without is had for a third
     codimension_two : whether to look for what is met on the way, by multipliers of every orbit
 
     Raises
     ------
     ContinuationError : for an unknown parameter or a point that cannot be followed
     """
-    added = not isinstance(parameter, str)  # from 0 at the point
-    if added:
-        _check_level(level, 0.0)
-    size = max(abs(level[0]), abs(level[1])) if added else 0.0
-    line, start = through(system, parameter, {"direct": direct, "parametric": parametric}, size)
+    given = {"direct": direct, "parametric": parametric}
+    line, start = through(system, parameter, given, _size(parameter, level))
     unit = line.unit
     low, high = (value / unit.frequency for value in check_range(omega))
     _check_level(level, start)
@@ -117,10 +116,19 @@ def locus(
         limits=((low, high), (least, most)),
         tolerance=tolerance,
         at=[value / line.size for value in at],
+        turning=turns,
     )
     first = _scaled(point, unit, start / line.size)
     one, other = (curve.follow(first, sign, steps, largest_step) for sign in (1.0, -1.0))
     return _result(point, line, other[::-1] + one[1:])
+
+
+def _size(parameter: str | Mapping[str, object], level: tuple[float, float]) -> float:
+    """The largest multiple of arrays that are added, from 0 at the point; 0 of other parameters."""
+    if isinstance(parameter, str):
+        return 0.0
+    _check_level(level, 0.0)
+    return max(abs(level[0]), abs(level[1]))
 
 
 def _check_level(level: tuple[float, float], start: float) -> None:

@@ -18,7 +18,7 @@ from nanorom.continuation.diagrams.course import EVERY, Board, Watch
 from nanorom.continuation.diagrams.diagram import Diagram, Unexplored
 from nanorom.continuation.diagrams.explore import explore
 from nanorom.continuation.diagrams.isolas import seeds_for
-from nanorom.continuation.diagrams.merging import MOST_CURVES, missing_folds
+from nanorom.continuation.diagrams.merging import missing_folds
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import ContinuationError
 
@@ -94,10 +94,10 @@ def add_isolas(
     Raises ContinuationError as `explore_levels`.
     """
     found = list(diagrams)
-    folds, complete = missing_folds(system, omega, found)
-    if not complete:
+    folds, why = missing_folds(system, omega, found)
+    if why:
         for diagram in found:
-            _tell(diagram, omega[0])
+            _tell(diagram, omega[0], why)
     jobs: Jobs = {i: _job(found[i], folds=orbits) for i, orbits in folds.items()}
     changed = _gained(found, _each(system, omega, jobs, processes, options))
     changed = set(range(len(found)))
@@ -117,9 +117,8 @@ def _job(diagram: Diagram, **options: Any) -> tuple[Level, dict[str, Any]]:
     return (diagram.direct, diagram.parametric), {"known": diagram, **options}
 
 
-def _tell(diagram: Diagram, omega: float) -> None:
+def _tell(diagram: Diagram, omega: float, why: str) -> None:
     """Note that isolas were not looked for along all curves of folds."""
-    why = f"isolas are looked for along {MOST_CURVES} curves of folds; there are more"
     if not any(left.kind == "isola" for left in diagram.unexplored):
         diagram.unexplored.append(Unexplored("isola", omega, why))
 

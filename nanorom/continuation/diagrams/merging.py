@@ -3,7 +3,8 @@
 As the level rises, an isola opens at a point and merges with another branch later: at both levels
 two folds meet, so in the plane of frequency and level a curve of folds turns back there. The folds
 that are known are followed beyond the levels asked for; where their curves cross a level at a place
-at which it has no fold, that fold is on an isola. Each curve is followed once, for the folds that
+at which it has no fold, that fold is on an isola. The response at the highest level of the curves
+lends its folds, too (`stronger`). Each curve is followed once, for the folds that
 it passes at the other levels are told by it. Source: Detroux et al. 2015,
 doi:10.1016/j.cma.2015.07.017 (section 4.3).
 """
@@ -17,6 +18,7 @@ import numpy as np
 
 from nanorom.continuation.curves.locus import Locus, locus
 from nanorom.continuation.diagrams.diagram import Diagram, SpecialPoint
+from nanorom.continuation.diagrams.stronger import folds_of_response
 from nanorom.continuation.orbits.bifurcations import FOLD
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.system import ModalSystem
@@ -25,9 +27,10 @@ from nanorom.errors import ContinuationError
 ABOVE, BELOW = 1.0, 0.5  # how far beyond the highest and the lowest level, as parts of them
 ASIDE = 1.5  # factor by which curves may leave the range of frequencies and come back
 TOLERANCE = 1e-4  # of the orbits of a curve: they are to lie near those of a branch
-STEPS, LARGEST_STEP = 80, 0.3  # of a curve on either side of a fold
+STEPS, LARGEST_STEP = 150, 0.15  # of a curve on either side of a fold
 SAME = 1e-3  # of a fold: by how much it may differ from the curve that passes it
 MOST_CURVES = 60
+NO_LINE = "isolas are looked for along curves of folds by levels; these levels are on no line"
 STRAIGHT = 1e-9  # of the levels: what may be off a line
 
 
@@ -45,27 +48,42 @@ class Ladder:
 
 def missing_folds(
     system: ModalSystem, omega: tuple[float, float], diagrams: Sequence[Diagram]
-) -> tuple[dict[int, list[PeriodicOrbit]], bool]:
+) -> tuple[dict[int, list[PeriodicOrbit]], str]:
     """Orbits at folds that diagrams lack, by number of the diagram, from curves of the folds that
-    they have; and whether all curves were followed.
+    they have, and that the response to a stronger drive has; and what was left out, if anything.
 
     omega : the range of the diagrams (low, high), rad per unit of time of the system.
     """
     found: dict[int, list[PeriodicOrbit]] = {}
-    count = 0
+    count, asked, why = 0, len(diagrams), ""
     if not system.proportional:
-        return found, len(diagrams) < 2  # levels are on no line
+        return found, "" if len(diagrams) < 2 else NO_LINE
     for ladder in ladders(diagrams):
+        ladder, diagrams = _with_stronger(system, omega, diagrams, ladder)
+        if diagrams[-1].unexplored:
+            why = "isolas: not looked for from all folds at the highest level, which cost too much"
         for curve in _curves(system, omega, diagrams, ladder):
             count += 1
             if count > MOST_CURVES:
-                return found, False
+                return found, f"isolas are looked for along {MOST_CURVES} curves; there are more"
             for number, orbit in _crossings(curve, ladder):
                 known = diagrams[number].points(FOLD.code)
-                inside = omega[0] < orbit.omega < omega[1]
+                inside = omega[0] < orbit.omega < omega[1] and number < asked
                 if inside and not any(_is_same(point.orbit, orbit) for point in known):
                     found.setdefault(number, []).append(orbit)
-    return found, True
+    return found, why
+
+
+def _with_stronger(
+    system: ModalSystem, omega: tuple[float, float], diagrams: Sequence[Diagram], ladder: Ladder
+) -> tuple[Ladder, list[Diagram]]:
+    """A ladder with a rung at its upper end, the folds of the response there."""
+    top = ladder.ends[1]
+    first = diagrams[ladder.numbers[0]]
+    level = first.direct + top * ladder.change[0], first.parametric + top * ladder.change[1]
+    more = folds_of_response(system, omega, level, TOLERANCE)
+    numbers, steps = [*ladder.numbers, len(diagrams)], [*ladder.steps, top]
+    return attrs.evolve(ladder, numbers=numbers, steps=steps), [*diagrams, more]
 
 
 def ladders(diagrams: Sequence[Diagram]) -> Iterator[Ladder]:
@@ -140,6 +158,7 @@ def _followed(
         largest_step=LARGEST_STEP,
         tolerance=TOLERANCE,
         at=[other - step for other in ladder.steps],
+        turns=False,
         codimension_two=False,
     )
     return attrs.evolve(curve, level=curve.level + step)

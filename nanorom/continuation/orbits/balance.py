@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from nanorom.continuation.orbits.harmonics import Basis, Group, fourier_matrix, resize, stretch
+from nanorom.continuation.orbits.groups import Group
+from nanorom.continuation.orbits.harmonics import Basis, fourier_matrix, resize, stretch
 from nanorom.continuation.orbits.pairs import moving_modes
 from nanorom.continuation.orbits.parts import by_term
 from nanorom.continuation.scaled import ScaledSystem
@@ -107,6 +108,20 @@ class HarmonicBalance:
             force += np.matmul(z[:, None, :], w)[:, 0, :]
         return self.linear(x, rate) + basis.analysis @ force - self.force
 
+    def along(self, x: Array, rate: float, change: Array) -> Array:
+        """The derivative of the residual in a direction (rows, modes) of the coefficients."""
+        basis, size = self.basis, self.size
+        v, r = basis.synthesis @ x, basis.synthesis @ change
+        g = self.tangent(v)
+        if self.has_loss:
+            g += self._loss_tangent(v, x, rate)
+        force = np.matmul(r[:, None, :], g.reshape(len(v), size, size))[:, 0, :]
+        if self.has_loss:
+            w = self.loss.of(v).reshape(len(v), size, size)
+            s = rate * (basis.synthesis @ self.derivative(change))
+            force += np.matmul(s[:, None, :], w)[:, 0, :]
+        return self.linear(change, rate) + basis.analysis @ force
+
     def rate_derivative(self, x: Array, rate: float) -> Array:
         basis, size = self.basis, self.size
         result = 2 * rate * self.second_weight * x + self.derivative(x) @ self.damping_t
@@ -116,20 +131,6 @@ class HarmonicBalance:
             z = basis.synthesis @ self.derivative(x)
             result += basis.analysis @ np.matmul(z[:, None, :], w)[:, 0, :]
         return result
-
-    def _convolution(self, samples: Array, one: Group, two: Group) -> Array:
-        """The operator phi_j -> projection of g phi_j, indexed [j, i, l, r], for j, l of one group
-        of unknowns and i, r of another; `samples` (F, L, L) are Fourier coefficients of g.
-        """
-        basis = self.basis
-        some = samples[:, one.modes[:, None], two.modes]
-        which = np.ix_(one.rows, two.rows)
-        blocks = some[basis.index_a[which]]
-        blocks *= basis.weight_a[which][..., None]
-        other = some[basis.index_b[which]]
-        other *= basis.weight_b[which][..., None]
-        blocks += other
-        return np.asarray(blocks)
 
     def _wide(self, samples: Array) -> Array:
         """Fourier coefficients (F, L, L) of a matrix from its samples."""
@@ -147,30 +148,29 @@ class HarmonicBalance:
             friction = self._wide(self.loss.of(v))
         stiffness = self._wide(samples)
         matrix = np.empty((basis.size, basis.size))
-        for one in basis.groups:
-            for two in basis.groups:
-                blocks = self._convolution(stiffness, one, two)
-                # d/dtheta moves the coefficient of row `derivative_row[i]` to row i
-                if friction is not None:
-                    loss = self._convolution(friction, one, two)
-                    weight = basis.derivative_weight[one.rows][:, :, None, None]
-                    blocks[one.partners(basis)] += rate * weight * loss
-                if one is two:
-                    self._add_linear(blocks, rate, one)
-                part = matrix[one.place, two.place]
-                shape = len(one.rows), len(one.modes), len(two.rows), len(two.modes)
-                part.reshape(shape)[:] = blocks.transpose(0, 2, 1, 3)
+        for pair in basis.between():
+            one, two = pair.one, pair.two
+            blocks = pair.of(stiffness)
+            # d/dtheta moves the coefficient of row `derivative_row[i]` to row i
+            if friction is not None:
+                weight = basis.derivative_weight[one.rows][:, :, None, None]
+                blocks[one.partners] += rate * weight * pair.of(friction)
+            if one is two:
+                self._add_linear(blocks, rate, one)
+            part = matrix[one.place, two.place]
+            shape = len(one.rows), len(one.modes), len(two.rows), len(two.modes)
+            part.reshape(shape)[:] = blocks.transpose(0, 2, 1, 3)
         return matrix
 
     def _add_linear(self, blocks: Array, rate: float, group: Group) -> None:
         """The linear terms of the equations of one group of unknowns."""
-        basis, modes = self.basis, np.ix_(group.modes, group.modes)
-        every = np.arange(len(group.rows))
-        inertia = rate**2 * self.second_weight[np.ix_(group.rows, group.modes)]
-        blocks[every, every] += self.stiffness_t[modes]
-        blocks[every, every] += inertia[:, :, None] * np.eye(len(group.modes))
-        coupling = basis.derivative_weight[group.rows][:, :, None] * self.damping_t[modes]
-        blocks[group.partners(basis), every] += rate * coupling
+        rows, modes = group.rows[:, None], group.modes
+        every, each = np.arange(len(rows)), np.arange(len(modes))
+        inertia = rate**2 * self.second_weight[rows, modes]
+        blocks[every, every] += self.stiffness_t[modes[:, None], modes]
+        blocks[every[:, None], every[:, None], each, each] += inertia
+        weight = rate * self.basis.derivative_weight[group.rows][:, :, None]
+        blocks[group.partners, every] += weight * self.damping_t[modes[:, None], modes]
 
     @property
     def constant(self) -> bool:
@@ -182,8 +182,10 @@ class HarmonicBalance:
         """The operator velocity -> projection of W(q, q) velocity, indexed [j, i, l, r]."""
         basis = self.basis
         rows, modes = (np.arange(count) for count in basis.shape)
-        whole = Group(rows, modes, slice(0, len(rows) * len(modes)))
-        return self._convolution(self._wide(self.loss.of(basis.synthesis @ x)), whole, whole)
+        whole = Group(rows, modes, slice(0, len(rows) * len(modes)), basis.derivative_row)
+        return basis.products.between(whole, whole).of(
+            self._wide(self.loss.of(basis.synthesis @ x))
+        )
 
     def only(self, taken: NDArray[np.bool_]) -> HarmonicBalance:
         """The same equations for some coefficients (rows, modes) of the basis, the others 0."""

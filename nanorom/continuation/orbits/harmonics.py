@@ -8,13 +8,13 @@ changing the number of harmonics H only cuts or pads rows.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations_with_replacement, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from nanorom.continuation.orbits.groups import Between, Group, Products
 from nanorom.continuation.orbits.patterns import patterns
 from nanorom.continuation.scaled import ScaledSystem
 from nanorom.types import Array
@@ -223,21 +223,6 @@ def _mark(table: NDArray[np.bool_], excited: NDArray[np.bool_], residues: tuple[
         table[excited, sum(s * r for s, r in zip(signs, residues)) % table.shape[1]] = True
 
 
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Rows (n,) of a basis in which the same modes (m,) are unknowns, and their n m places among
-    all.
-    """
-
-    rows: Index
-    modes: Index
-    place: slice
-
-    def partners(self, basis: Basis) -> Index:
-        """Which of the rows has the sine of each one's cosine, and the other way round."""
-        return np.searchsorted(self.rows, basis.derivative_row[self.rows])
-
-
 class Basis:
     """Sampling and product tables for the harmonics up to H that a support allows.
 
@@ -258,6 +243,7 @@ class Basis:
         self.number = numbers[self.rows]
         self.allowed = support.rows_mask(harmonics)[np.ix_(self.rows, self.modes)]
         self.shape = self.allowed.shape
+        self._derivative_tables()
         self._take(self.allowed)
 
         bandwidth = 4 * harmonics + 2 + (-harmonics * 4 - 2) % 4
@@ -271,27 +257,7 @@ class Basis:
         self.analysis_wide = np.ascontiguousarray((everything * weights).T)
         self.analysis = np.ascontiguousarray(self.analysis_wide[self.rows])
         self.analysis_wide[0] *= 2.0  # product formulas count the mean twice
-        self._product_tables()
-        self._derivative_tables()
-
-    def _product_tables(self) -> None:
-        """g(theta) phi_j projected on phi_i = weight_a g_hat[index_a] + weight_b g_hat[index_b],
-        arrays [j, i].
-        """
-        k = self.number
-        sine = (self.rows > 0) & (self.rows % 2 == 0)
-        kj, ki = k[:, None], k[None, :]
-        sj, si = sine[:, None], sine[None, :]
-        total, gap = ki + kj, np.abs(ki - kj)
-        odd = sj ^ si
-        self.index_a = np.where(odd, 2 * total, np.maximum(2 * total - 1, 0))
-        self.index_b = np.where(odd, 2 * gap, np.maximum(2 * gap - 1, 0))
-        weight_a = np.where(sj & si, -0.5, 0.5)
-        sign = np.where(si, np.sign(ki - kj), np.sign(kj - ki))
-        weight_b = np.where(odd, 0.5 * sign, 0.5)
-        constant = np.where(ki == 0, 0.5, 1.0)
-        self.weight_a = (weight_a * constant)[:, :, None]
-        self.weight_b = (weight_b * constant)[:, :, None]
+        self.products = Products(self.rows, self.number)
 
     def _derivative_tables(self) -> None:
         """(d coefficients/d theta)[i] = derivative_weight[i] coefficients[derivative_row[i]]."""
@@ -312,18 +278,28 @@ class Basis:
         kinds, kind = np.unique(taken, axis=0, return_inverse=True)
         places = np.arange(taken.size).reshape(self.shape)
         self.groups: list[Group] = []
+        self._between: list[Between] = []
         self.size = 0
         for number, modes in enumerate(kinds):
             rows, some = np.flatnonzero(kind.ravel() == number), np.flatnonzero(modes)
             count = len(rows) * len(some)
             if count:
-                self.groups.append(Group(rows, some, slice(self.size, self.size + count)))
+                partners = np.searchsorted(rows, self.derivative_row[rows])
+                place = slice(self.size, self.size + count)
+                self.groups.append(Group(rows, some, place, partners))
                 self.size += count
         found = [places[np.ix_(group.rows, group.modes)].ravel() for group in self.groups]
         everything = len(found) == 1 and self.size == taken.size
         self.unknowns: Index | None = (
             None if everything else np.concatenate([*found, np.zeros(0, dtype=np.int64)])
         )
+
+    def between(self) -> list[Between]:
+        """Where the blocks of an operator between all groups are from; found once."""
+        if not self._between:
+            pairs = product(self.groups, self.groups)
+            self._between = [self.products.between(one, two) for one, two in pairs]
+        return self._between
 
     def only(self, taken: NDArray[np.bool_]) -> Basis:
         """The same basis where some coefficients (rows, modes) alone are unknowns, the others 0;

@@ -23,6 +23,7 @@ from nanorom.continuation.scaled import ScaledSystem
 from nanorom.errors import ContinuationError
 from nanorom.types import Array, Numbers
 
+NULL_CORRECTIONS = 2  # of a null vector, when the matrix has hardly changed
 INVERSE_ITERATIONS = 3  # each nearer by the ratio of the last two singular values, squared
 
 
@@ -46,6 +47,8 @@ class CriticalBalance:
         self.size, self.kind = origin.size, kind
         self.basis = basis_for(support, harmonics, multiple)
         self.border: tuple[Array, Array] | None = None
+        self.vector = np.zeros(0)  # right one and g, of the last residual
+        self.vectors: tuple[Array, Array] | None = None  # left and right one of the last operator
         factor = self.factor = max(kind.period_factor, 1)
         inherited = support.stretch(factor)
         condition = kind.condition
@@ -94,8 +97,19 @@ class CriticalBalance:
         less.balances = less.operators = origin.only(taken), change.only(taken)
         less.basis = less.wide = less.balances[1].basis = less.balances[0].basis
         less.chosen = less.to_wide = np.arange(less.basis.size)
-        less.border = less._constant = None
+        less.border = less.vectors = less._constant = None
         return less
+
+    def begin_with(self, other: CriticalBalance) -> None:
+        """Take the last null vectors of the equations, maybe on another basis, as borders: the
+        nearer these are, the straighter is g.
+        """
+        if not self.kind.turns or other.vectors is None:
+            return
+        old, new = other.basis, self.basis
+        moved = (new.compress(old.expand(old.unpack(v), self.size)) for v in other.vectors)
+        left, right = (new.pack(vector) for vector in moved)
+        self.border = left / np.linalg.norm(left), right / np.linalg.norm(right)
 
     def _jacobians(self, x: Array, rate: float) -> list[Array]:
         """Those of the balance and of what the parameter adds to it."""
@@ -119,6 +133,25 @@ class CriticalBalance:
         value, gradient = self._criticality(z, matrices)
         jacobian[n:] = gradient
         return np.concatenate([residual + level * by_level, value]), jacobian
+
+    def residual(self, z: Array) -> Array | None:
+        """The residual near where `system` was asked last, without a new matrix: the null vector
+        is corrected by the factors that it left. None if these are not of the balance itself.
+        """
+        if not self.kind.turns or self.border is None:
+            return None
+        n, basis = self.basis.size, self.basis
+        x, rate, level = basis.unpack(z[:n]), float(z[n]), float(z[n + 1])
+        (first, by_level), (b, c) = self.balances, self.border
+        vector = self.vector
+        residual = basis.pack(first.residual(x, rate) + level * by_level.residual(x, rate))
+        for _ in range(NULL_CORRECTIONS):
+            direction = basis.unpack(vector[:n])
+            image = first.along(x, rate, direction) + level * by_level.along(x, rate, direction)
+            gap = np.append(basis.pack(image) + vector[n] * b, c @ vector[:n] - 1.0)
+            vector = vector - lu_solve(self.factors, gap, check_finite=False)
+        self.vector = vector
+        return np.append(residual, vector[n])
 
     def solve(self, matrix: Array, right: Array) -> Array:
         """The solution (n, k) of [Jacobian; border] for right sides (n, k), by the factors that
@@ -218,8 +251,9 @@ class CriticalBalance:
         unit = np.zeros(size + 1)
         unit[-1] = 1.0
         self.factors = lu_factor(bordered, check_finite=False)
-        self.null = right = lu_solve(self.factors, unit, check_finite=False)
+        self.null = self.vector = right = lu_solve(self.factors, unit, check_finite=False)
         left = lu_solve(self.factors, unit, trans=1, check_finite=False)
+        self.vectors = left[:size], right[:size]
         return right[:size], left[:size], complex(right[size])
 
     def _spread(self, vector: Array) -> Array:

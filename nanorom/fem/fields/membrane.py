@@ -99,9 +99,13 @@ def free_dofs(plate: Membrane, parity: Parity = ()) -> algebra.FreeDofs:
     On a mirror the displacement across it vanishes where strains are even, the one along it
     where they are odd.
     """
-    held = constraints(plate, parity)
-    fixed = np.concatenate([2 * nodes + axis for axis, nodes in enumerate(held.fixed)])
-    return algebra.FreeDofs(plate.in_plane, fixed, held.turned)
+
+    def made() -> algebra.FreeDofs:
+        held = constraints(plate, parity)
+        fixed = np.concatenate([2 * nodes + axis for axis, nodes in enumerate(held.fixed)])
+        return algebra.FreeDofs(plate.in_plane, fixed, held.turned)
+
+    return plate.domain.once(("free in the plane", plate.holding, parity), made)
 
 
 def constraints(plate: Membrane, parity: Parity = ()) -> Constraints:

@@ -39,6 +39,7 @@ GROWTH = 1.25  # cells per quadrant that each ring of a drum has more than the l
 FEWEST = 2  # cells per quadrant of a ring
 OUTERMOST = 4.0  # of the layer: width of the cells at the edge at tolerance 1e-6
 OUTERMOST_RATE = 7.4  # at which errors fall with that width
+STEP = 2**0.25  # between such widths, which are rounded down
 LAYER_RATIO = 4.0  # widths of neighbouring rings at tolerance 1e-4; smaller for smaller ones
 AT_EDGE = 0.75  # of the film's half width: what shrinks towards the edge at most
 ALIKE = 0.05  # rings that differ by less than this are one
@@ -82,7 +83,7 @@ def choose(scene: Scene, length: float, layer: float, tolerance: float | None) -
         return Discretisation(source, degree, order, corners=_corners(scene, length, tolerance))
     if isinstance(geometry, Disc):
         circles = radii(scene, length)
-        if scene.regions or len(circles) > 1:
+        if scene.patches or len(circles) > 1:
             found = _parted_disc(degree, order, size, layer, mirrors, tolerance, circles)
         else:
             spot = _spot(scene, length, tolerance)
@@ -136,7 +137,7 @@ def _rate(scene: Scene) -> float:
     kinds = list(scene.supports.values())
     if isinstance(scene.geometry, MeshFile):
         kinds = list(scene.support.named.values()) or [scene.support.default]
-    pointwise = "free" in map(deflection_of, kinds) or scene.regions
+    pointwise = "free" in map(deflection_of, kinds) or scene.patches
     return POINT_RATE if pointwise else RATE
 
 
@@ -241,7 +242,10 @@ def _spot(scene: Scene, length: float, tolerance: float | None) -> float:
 
 def _outermost(layer: float, tolerance: float) -> float:
     """Width of the cells at a clamped edge."""
-    return layer * OUTERMOST * (tolerance / 1e-6) ** (1 / OUTERMOST_RATE)
+    width = layer * OUTERMOST * (tolerance / 1e-6) ** (1 / OUTERMOST_RATE)
+    if width:  # on few meshes: films that differ by little have one
+        width = STEP ** float(np.floor(np.log(width) / np.log(STEP) + 1e-9))
+    return width
 
 
 def _layer_ratio(tolerance: float) -> float:
@@ -288,7 +292,7 @@ def _rectangle(
         n_inner = max(1, int(np.ceil(inner / size - 1e-9)))
         widths = np.concatenate([low[::-1], np.full(n_inner, inner / n_inner), high])
         lines[axis] = np.concatenate([[0.0], np.cumsum(widths)]) + start
-        edges = lines_of(scene.regions, length, axis, (start, side / 2))
+        edges = lines_of(scene.patches, length, axis, (start, side / 2))
         if edges:
             inside = _end_rows("clamped", min(size, side / 2), layer, tolerance)
             ends = [start, *edges, side / 2]

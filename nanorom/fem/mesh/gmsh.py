@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -41,17 +42,10 @@ class GmshFile:
 
     def mesh(self, order: int, corners: Corners | None = None) -> MeshData:
         """Run gmsh on the file; one process only. Raises MeshError with gmsh's last message."""
-        if self.path.parent != MESHES:
-            vetting.check(self.path)
-        with vetting.session(f"{self.path}: gmsh cannot mesh it") as gmsh:
-            gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", self.size_factor)
-            gmsh.onelab.clear()
-            for parameter, value in self.parameters.items():
-                gmsh.onelab.setNumber(f"Parameters/{parameter}", [float(value)])
+        with opened(self.path, self.parameters, self.size_factor) as gmsh:
             return self._read(gmsh, order, corners)
 
     def _read(self, gmsh: Any, order: int, corners: Corners | None) -> MeshData:
-        gmsh.open(str(self.path))
         if len(gmsh.model.mesh.getNodes()[0]) == 0:
             gmsh.model.mesh.generate(2)
             if len(gmsh.model.mesh.getElements(2)[0]) == 0:
@@ -60,6 +54,20 @@ class GmshFile:
                 return sketch(gmsh, self.path).mesh(order, corners, str(self.path))
             gmsh.model.mesh.setOrder(order)
         return _from_mesh(gmsh, self.path, self.in_space)
+
+
+@contextmanager
+def opened(path: Path, parameters: Mapping[str, float], size_factor: float) -> Iterator[Any]:
+    """Gmsh with a file open, its parameters set and its cells scaled; raises MeshError."""
+    if path.parent != MESHES:
+        vetting.check(path)
+    with vetting.session(f"{path}: gmsh cannot mesh it") as gmsh:
+        gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", size_factor)
+        gmsh.onelab.clear()
+        for parameter, value in parameters.items():
+            gmsh.onelab.setNumber(f"Parameters/{parameter}", [float(value)])
+        gmsh.open(str(path))
+        yield gmsh
 
 
 def sketch(gmsh: Any, file: Path) -> Sketch:

@@ -6,18 +6,21 @@ Straight triangles are made on rank 0 only; the nodes of higher order are placed
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Hashable, Mapping
+from typing import Any, TypeVar
 
 import attrs
 import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import NanoromError
+from nanorom.fem.mesh import kept
 from nanorom.fem.mesh.arrays import MeshData, Placement, Source
 from nanorom.fem.mesh.corners import Corners
 from nanorom.fem.solvers import compat
 from nanorom.fem.symmetry import Mirrors
+
+Made = TypeVar("Made")
 
 
 @attrs.frozen(eq=False)
@@ -25,17 +28,28 @@ class Domain:
     """A distributed mesh and its boundary: physical curve (of solids: surface) -> local facets.
 
     surfaces: physical surface -> which local cells (c,) are of it; across: the ranks that hold the
-    same part of it in other groups of ranks.
+    same part of it in other groups of ranks; made: what was made on it for every film to come, by
+    what it is, None where no other film comes.
     """
 
     mesh: Any
     facets: Mapping[str, np.ndarray]
     across: MPI.Comm = MPI.COMM_SELF
     surfaces: Mapping[str, np.ndarray] = attrs.field(factory=dict)
+    made: kept.Made | None = None
 
     @property
     def comm(self) -> MPI.Comm:
         return self.mesh.comm
+
+    def once(self, what: Hashable, make: Callable[[], Made]) -> Made:
+        """What no number of a film changes, made for the first one alone if others come."""
+        if self.made is None:
+            return make()
+        if what not in self.made:
+            self.made[what] = make()
+        found: Made = self.made[what]
+        return found
 
     def facets_of(self, names: list[str]) -> np.ndarray:
         """Local facets that carry any of the names, sorted."""
@@ -58,10 +72,27 @@ def build(
     changes; ``place`` puts the points (n, 2) of a flat mesh on a surface in space (n, 3).  Raises
     MeshError on every rank alike.
     """
+    unfold = unfold or Mirrors()
+    what = source, order, unfold, corners
+    large = source.cells is None or source.cells > kept.MOST_CELLS  # or of a file, which may change
+    if large or corners is not None or place is not None or comm.size > 1:
+        return _built(comm, *what, place)
+    return kept.found(what, lambda made: attrs.evolve(_built(comm, *what, None), made=made))
+
+
+def _built(
+    comm: MPI.Comm,
+    source: Source,
+    order: int,
+    unfold: Mirrors,
+    corners: Corners | None,
+    place: Placement | None,
+) -> Domain:
+    """The same, made anew. Collective."""
     data: MeshData | NanoromError | None = None
     if comm.rank == 0:
         try:
-            data = source.mesh(order, corners).unfolded(unfold or Mirrors())
+            data = source.mesh(order, corners).unfolded(unfold)
             if place is not None:
                 data = data.placed(place)
         except NanoromError as error:

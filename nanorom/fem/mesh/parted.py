@@ -1,4 +1,4 @@
-"""Where edges of regions and masses lie, in a scene's unit of length: what a mesh has to follow."""
+"""Where regions, gates and masses end, in a scene's unit of length: what a mesh has to follow."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ALIKE = 1e-9  # of the film's size: edges nearer than that are one
 
 def is_cut(scene: Scene) -> bool:
     """There are edges that neither a drum's rings nor a rectangle's rows can follow."""
-    geometry, regions = scene.geometry, scene.regions
+    geometry, regions = scene.geometry, scene.patches
     if isinstance(geometry, MeshFile):
         return False
     discs = [mass for mass in scene.masses if is_followed(mass, scene)]
@@ -35,7 +35,7 @@ def radii(scene: Scene, length: float) -> tuple[float, ...]:
     """Of the circles inside a drum of radius 1 at which regions, masses or its load end, all
     about the centre.
     """
-    found = [r / length for region in scene.regions for r in region.radii]
+    found = [r / length for region in scene.patches for r in region.radii]
     found += [mass.radius / length for mass in scene.masses if mass.radius]
     if scene.load is not None and scene.load.force and scene.load.centred and scene.load.radius:
         found.append(scene.load.radius / length)
@@ -65,7 +65,7 @@ def corners_of(
 ) -> tuple[tuple[float, float, float], ...]:
     """Corners inside the part that is meshed, towards which cells shrink to no radius."""
     geometry, grown = scene.geometry, 1 + ALIKE
-    found = {corner for region in scene.regions for corner in region.corners}
+    found = {corner for region in scene.patches for corner in region.corners}
     if not isinstance(geometry, MeshFile):
         found = {(x, y) for x, y in found if geometry.holds((grown * x, grown * y))}
     cut = [axis in mirrors.axes for axis in AXES]
@@ -100,7 +100,7 @@ def _room(mass: AddedMass, scene: Scene) -> float:
         assert isinstance(geometry, Disc)
         gaps = [geometry.radius - np.hypot(x, y) - r]
     circles = [(each.position, each.radius) for each in scene.masses if each.radius]
-    for region in scene.regions:
+    for region in scene.patches:
         if isinstance(region, DiscRegion):
             circles += [(region.position, radius) for radius in region.radii]
     for (x0, y0), radius in circles:
@@ -115,12 +115,14 @@ def _room(mass: AddedMass, scene: Scene) -> float:
 def pieces(scene: Scene, length: float) -> tuple[Piece, ...]:
     """What cuts it: a ring by both its circles."""
     found = []
-    for region in scene.regions:
+    for number, region in enumerate(scene.patches):
+        stiff = number < len(scene.regions)
         if isinstance(region, DiscRegion):
             centre = region.position[0] / length, region.position[1] / length
-            found += [Piece(centre, r / length) for r in region.radii]
+            found += [Piece(centre, r / length, stiff=stiff) for r in region.radii]
         else:
-            found.append(Piece(corners=tuple((x / length, y / length) for x, y in region.corners)))
+            corners = tuple((x / length, y / length) for x, y in region.corners)
+            found.append(Piece(corners=corners, stiff=stiff))
     for mass in scene.masses:
         if is_followed(mass, scene):
             centre, room = (mass.position[0] / length, mass.position[1] / length), np.inf

@@ -11,7 +11,7 @@ import numpy as np
 
 from nanorom.errors import MeshError
 from nanorom.fem.mesh import gmsh as gmshs
-from nanorom.fem.mesh import tetrahedra, vetting
+from nanorom.fem.mesh import tetrahedra
 from nanorom.fem.mesh.arrays import MeshData, Source
 from nanorom.fem.mesh.corners import Corners
 
@@ -64,14 +64,7 @@ class SolidFile:
 
     def mesh(self, order: int, corners: Corners | None = None) -> MeshData:
         """Run gmsh on the file; one process only. Raises MeshError with gmsh's last message."""
-        if self.path.parent != gmshs.MESHES:
-            vetting.check(self.path)
-        with vetting.session(f"{self.path}: gmsh cannot mesh it") as gmsh:
-            gmsh.option.setNumber("Mesh.CharacteristicLengthFactor", self.size_factor)
-            gmsh.onelab.clear()
-            for parameter, value in self.parameters.items():
-                gmsh.onelab.setNumber(f"Parameters/{parameter}", [float(value)])
-            gmsh.open(str(self.path))
+        with gmshs.opened(self.path, self.parameters, self.size_factor) as gmsh:
             if len(gmsh.model.mesh.getNodes()[0]) == 0 and gmsh.model.getEntities(3):
                 gmsh.model.mesh.generate(3)
                 gmsh.model.mesh.setOrder(min(order, HIGHEST_ORDER))

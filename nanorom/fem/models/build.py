@@ -13,6 +13,7 @@ from mpi4py import MPI
 from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.fem.mesh import mesh
 from nanorom.fem.mesh.discretisation import Discretisation, dofs_of
+from nanorom.fem.models import initial_shape
 from nanorom.fem.models.added_mass import PointMass
 from nanorom.fem.models.patchwork import Patchwork, located
 from nanorom.fem.models.plate import Plate
@@ -26,6 +27,7 @@ from nanorom.scene.geometry import MeshFile
 from nanorom.scene.region import Section
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
+from nanorom.scene.wrinkles import TENSION_KEY
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
 SOFTEST, STIFFEST = 1e-3, 1e9  # springs by the film's own stiffness: beyond lies rounding
@@ -46,7 +48,8 @@ def build_plate(
     """
     whole, part = (chosen.mirrors, Mirrors()) if chosen.whole else (Mirrors(), chosen.mirrors)
     domain = mesh.build(comm, chosen.source, chosen.order, whole, chosen.corners)
-    domain = attrs.evolve(domain, across=across)
+    if across.size > 1:
+        domain = attrs.evolve(domain, across=across)
     groups.check_alike(across, domain.mesh.geometry.x)
     cells = domain.mesh.topology.index_map(2).size_global
     groups.check_fits(dofs_of(cells, chosen.degree), comm)
@@ -83,7 +86,21 @@ def build_plate(
             for mass in scene.masses
         ],
     )
-    return parted(plate, scene, scales) if scene.regions else plate
+    plate = parted(plate, scene, scales) if scene.regions else plate
+    return uneven(plate, scene, scales) if scene.tension.variation is not None else plate
+
+
+def uneven(plate: Plate, scene: Scene, scales: Scales) -> Plate:
+    """A scene's plate with what its tension has from place to place, before that relaxes.
+
+    Collective.  Raises SceneError for a table that does not cover it.
+    """
+    assert scene.tension.variation is not None
+    value = initial_shape.read(scene.tension.variation, plate.domain.comm, TENSION_KEY)
+    pull = plate.shape_of(lambda x: value(x * scales.length) / scales.tension)
+    beside, before = pull * ufl.Identity(2), plate.state.prestress
+    prestress = beside if before is None else before + beside
+    return plate.about(attrs.evolve(plate.state, prestress=prestress))
 
 
 def parted(plate: Plate, scene: Scene, scales: Scales) -> Plate:
@@ -172,7 +189,7 @@ def check_springs(scene: Scene, scales: Scales) -> None:
 def relaxes(plate: Plate) -> bool:
     """Whether the tension before any load is no equilibrium in the plane. Collective.
 
-    It differs between regions, or pulls at an edge along what nothing rigid holds.
+    It differs from place to place, or pulls at an edge along what nothing rigid holds.
     """
     if plate.state.prestress is not None:
         return True

@@ -1,4 +1,4 @@
-"""The initial shape of a film, read from a table of points or drawn at random."""
+"""The initial shape of a film or its tension, from a table of points or drawn at random."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from nanorom.errors import SceneError
-from nanorom.scene.wrinkles import Wrinkles
+from nanorom.scene.wrinkles import Unevenness, Wrinkles
 
 LARGEST_FILE = 100_000_000  # bytes
 ON_A_LINE = 1e-9  # breadth by length of a cloud of points
@@ -19,38 +19,38 @@ SAME_LINE = 1e-6  # of the table's extent: points nearer than this share a line 
 INSIDE = 1e-9  # points on the film's edge are looked up so much nearer to its centre
 
 
-def read_table(path: Path) -> np.ndarray:
-    """Table (n, 3) of x, y and height z in m, CSV or blank-separated; raises SceneError."""
+def read_table(path: Path, key: str = KEY) -> np.ndarray:
+    """Table (n, 3) of x, y in m and a value z, CSV or blank-separated; raises SceneError."""
     if path.stat().st_size > LARGEST_FILE:
-        raise SceneError(f"{KEY}: {path} is larger than {LARGEST_FILE // 1_000_000} MB")
+        raise SceneError(f"{key}: {path} is larger than {LARGEST_FILE // 1_000_000} MB")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of an empty file
             table = np.loadtxt(path, delimiter="," if path.suffix == ".csv" else None, ndmin=2)
     except (OSError, ValueError) as error:
         reason = " ".join(str(error).split())
-        raise SceneError(f"{KEY}: {path} is not a table of numbers: {reason}") from None
+        raise SceneError(f"{key}: {path} is not a table of numbers: {reason}") from None
     if table.shape[1] != 3 or len(table) < 3 or not np.isfinite(table).all():
-        raise SceneError(f"{KEY}: {path} has not three columns of finite numbers x, y, z")
+        raise SceneError(f"{key}: {path} has not three columns of finite numbers x, y, z")
     spread = table[:, :2] - table[:, :2].mean(axis=0)
     low, high = np.sqrt(np.abs(np.linalg.eigvalsh(spread.T @ spread)))
     if not low > ON_A_LINE * high:
-        raise SceneError(f"{KEY}: the points of {path} lie on a line; they must cover the film")
+        raise SceneError(f"{key}: the points of {path} lie on a line; they must cover the film")
     return np.asarray(table)
 
 
 def read(
-    shape: Path | Wrinkles, comm: MPI.Comm = MPI.COMM_SELF
+    shape: Path | Wrinkles | Unevenness, comm: MPI.Comm = MPI.COMM_SELF, key: str = KEY
 ) -> Callable[[np.ndarray], np.ndarray]:
-    """Height (n,) in m at points (n, 2) in m, of wrinkles or a table of x, y, z in m.
+    """Values (n,) at points (n, 2) in m, of a random field or a table of x, y in m and z.
 
     A table is interpolated by cubic splines where the points lie on a grid, else with continuous
     slope (Clough and Tocher).  Raises SceneError here if the file is no such table, and on calling,
     on every rank alike, if its points do not cover the film.
     """
-    if isinstance(shape, Wrinkles):
-        return shape.height
-    table = read_table(shape)
+    if not isinstance(shape, Path):
+        return shape.values
+    table = read_table(shape, key)
     size = np.ptp(table[:, :2], axis=0).max()
     points, z = table[:, :2] / size, table[:, 2]
     interpolate = _on_grid(points, z) or _scattered(points, z)
@@ -58,7 +58,7 @@ def read(
     def height(points: np.ndarray) -> np.ndarray:
         found = interpolate(points * ((1 - INSIDE) / size))
         if comm.allreduce(int(np.isnan(found).any())):
-            raise SceneError(f"{KEY}: the points of {shape} do not cover the film")
+            raise SceneError(f"{key}: the points of {shape} do not cover the film")
         return found
 
     return height

@@ -101,8 +101,13 @@ def switch(even: Sequence[Any], parity: Parity) -> None:
 
 def free_deflections(plate: Plate, parity: Parity) -> algebra.FreeDofs:
     """Degrees of freedom of the deflections of one class of symmetry."""
-    fixed = fem.locate_dofs_topological(plate.deflections, 1, plate.odd_facets(parity))
-    return algebra.FreeDofs(plate.deflections, fixed)
+    odd = plate.odd_facets(parity)
+
+    def made() -> algebra.FreeDofs:
+        fixed = fem.locate_dofs_topological(plate.deflections, 1, odd)
+        return algebra.FreeDofs(plate.deflections, fixed)
+
+    return plate.domain.once(("free", plate.degree, odd.tobytes()), made)
 
 
 Columns = Callable[[np.ndarray], np.ndarray]  # (owned rows, m) -> (owned rows, m)

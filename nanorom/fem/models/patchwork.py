@@ -77,11 +77,13 @@ class Patchwork:
         return weights * self.mass[self.which[field.cells]][:, None, None]
 
 
-def located(plate: Surface, regions: Sequence[Region], length: float) -> np.ndarray:
+def located(
+    plate: Surface, regions: Sequence[Region], length: float, found: str | None = None
+) -> np.ndarray:
     """Which region (local cells,), counted from 1, holds each cell, 0 for none. Collective.
 
-    length : the plate's unit of it in m.  Raises SceneError if a region has no cells or cells that
-    it cuts, or two have one.
+    length : the plate's unit of it in m; found : how messages begin.  Raises SceneError if a region
+    has no cells or cells that it cuts, or two have one.
     """
     domain, owned = plate.domain, quadrature.owned_cells(plate)
     cells = np.arange(len(compat.cell_nodes(domain.mesh)))
@@ -89,35 +91,35 @@ def located(plate: Surface, regions: Sequence[Region], length: float) -> np.ndar
     areas, copies = length**2 * quadrature.areas(plate), plate.mirrors.copies
     which = np.zeros(len(cells), dtype=np.int32)
     for number, region in enumerate(regions, 1):
+        name = found or f"region: found number {number}"
         if isinstance(region, SurfaceRegion):
-            inside = _tagged(domain, region.surface, number)
+            inside = _tagged(domain, region.surface, name)
         else:
             assert isinstance(region, DrawnRegion)
             inside = region.depth(middle) > 0
         taken = domain.comm.allreduce(int(np.count_nonzero(which[inside])))
         if taken:
             raise SceneError(
-                f"region: found number {number}, a {region.shape} of which {taken} cells belong to "
-                "another, too; allowed: regions that touch at most"
+                f"{name}, a {region.shape} of which {taken} cells belong to another, too; "
+                "allowed: regions that touch at most"
             )
         which[inside] = number
         area = copies * domain.comm.allreduce(float(areas[inside[:owned]].sum()))
         whole = area if region.area is None else region.area
         if area == 0 or abs(area / whole - 1) > FOLLOWS:
             raise SceneError(
-                f"region: found number {number}, a {region.shape} of {whole:.6g} m^2, of which the "
+                f"{name}, a {region.shape} of {whole:.6g} m^2, of which the "
                 f"mesh has {area:.6g} m^2; allowed: on the film, its edge along those of cells: in "
                 'a mesh file name it as a physical surface, shape = "surface"'
             )
     return which
 
 
-def _tagged(domain: Domain, surface: str, number: int) -> np.ndarray:
+def _tagged(domain: Domain, surface: str, name: str) -> np.ndarray:
     """Whether local cells (c,) are of a physical surface."""
     if surface not in domain.surfaces:
         known = ", ".join(sorted(domain.surfaces)) or "none, as it has no physical surfaces"
         raise SceneError(
-            f"region.surface: the mesh has no physical surface '{surface}', asked for by region "
-            f"{number}; allowed: {known}"
+            f"{name}, but the mesh has no physical surface '{surface}'; allowed: {known}"
         )
     return domain.surfaces[surface]

@@ -115,10 +115,15 @@ class Plate:
         """
         mesh, stiffness = domain.mesh, stiffness or Stiffness()
         mirrors = mirrors or Mirrors()
-        springs = stiffness.springs
+        springs, yielding = stiffness.springs, stiffness.in_plane
         rigid = [name for name, (transverse, _) in springs.items() if transverse is None]
-        deflections = compat.lagrange_space(mesh, degree)
-        plane = compat.lagrange_space(mesh, degree, components=2)
+        deflections, plane = domain.once(
+            ("spaces", degree),
+            lambda: (
+                compat.lagrange_space(mesh, degree),
+                compat.lagrange_space(mesh, degree, components=2),
+            ),
+        )
         edge = domain.facets_of(list(clamped))
         kinds = dict.fromkeys([*clamped, *pinned, *springs], "fixed") | dict(in_plane or {})
         return cls(
@@ -127,7 +132,10 @@ class Plate:
             degree=degree,
             bending=stiffness.bending > 0 if bending is None else bending,
             held=domain.facets_of([*clamped, *pinned, *rigid]),
-            holding=Holding.of(domain, degree, plane, kinds, stiffness.in_plane),
+            holding=domain.once(
+                ("holding", degree, *sorted(kinds.items()), *sorted(yielding.items())),
+                lambda: Holding.of(domain, degree, plane, kinds, yielding),
+            ),
             clamped=edge,
             deflections=deflections,
             in_plane=plane,
@@ -208,13 +216,12 @@ class Plate:
         return energy
 
     def attraction_energy(self, w: Any) -> Any:
-        """Energy of the attraction to the gate beyond second order in w."""
+        """Energy of the attraction to the gates beyond second order in w."""
         assert self.state.attraction is not None
         gate = self.state.attraction.on(self.domain.mesh)
         height = 0.0 if self.state.shape is None else self.state.shape
         rise = gate.potential(height + w) - gate.potential(height)
-        first = 0.5 * gate.strength / (gate.gap - height) ** 2
-        density = rise - first * w - 0.5 * gate.stiffness(height) * w**2
+        density = rise - gate.pressure(height) * w - 0.5 * gate.stiffness(height) * w**2
         return -density * self.dx(self.stretching_degree)
 
     def tension_energy(self, w: Any) -> Any:

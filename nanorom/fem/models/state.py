@@ -55,7 +55,7 @@ class State:
 
     tension, shear : constant membrane force along x and y, and between them; shape : deflection
     from the plane (Function), None where the film is flat; prestress : membrane force (UFL tensor)
-    beside the tension, None where there is none; attraction : to a gate, None where there is none.
+    beside the tension, None where there is none; attraction : to gates, None where there are none.
     """
 
     tension: tuple[float, float] = (1.0, 1.0)

@@ -8,22 +8,24 @@ from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
 
 
-def products(modes: Modes, order: int) -> np.ndarray:
+def products(modes: Modes, number: int, order: int) -> np.ndarray:
     """int 1/(g - h)^2 phi_r (L,) for order 1, int 2/(g - h)^3 phi_r phi_s (L, L) for 2. Collective.
 
-    In the film's units, over the whole film, about the height h of its state.
+    Of the gate of a number, over where it lies; negative for one on the other side.  In the film's
+    units, about the height h of its state.
     """
     plate, n = modes.plate, len(modes.parities)
     known = plate.state.attraction
     assert known is not None
+    gate = known.gates[number]
     shape = np.zeros((len(modes.shapes), 1))
     if plate.state.shape is not None:
         shape[:, 0] = plate.state.shape.x.array
     total = np.zeros((n,) * order)
     for field in quadrature.fields(plate, columns=2 * n):
-        distance = known.gap - field.value(shape)[..., 0]
+        potential = gate.derivative(order, field.value(shape)[..., 0], field.cells)
         value = field.value(modes.shapes).reshape(-1, n)
-        weight = (order * field.weights / distance ** (order + 1)).ravel()
+        weight = (2 * gate.side * potential * field.weights).ravel()
         total += weight @ value if order == 1 else (value * weight[:, None]).T @ value
     total = plate.mirrors.copies * plate.domain.comm.allreduce(total)
     parities = modes.parities

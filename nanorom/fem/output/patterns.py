@@ -14,7 +14,7 @@ from nanorom.errors import SceneError
 from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import locate
 from nanorom.fem.models.plate import Plate
-from nanorom.fem.modes import gate
+from nanorom.fem.modes import gate as gates
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.output.model import ModalProducts
 from nanorom.fem.solvers import compat
@@ -90,21 +90,21 @@ class PolynomialWork(ModalWork):
     def stretch(self, tension: float = 1.0) -> np.ndarray:
         return -tension * self.products.slope
 
-    @property
-    def _gated(self) -> bool:
-        return self.modes.plate.state.attraction is not None
+    def _has(self, gate: int) -> bool:
+        known = self.modes.plate.state.attraction
+        return known is not None and gate <= len(known.gates)
 
-    def attraction(self) -> np.ndarray:
-        if not self._gated:
+    def attraction(self, gate: int = 1) -> np.ndarray:
+        if not self._has(gate):
             return super().attraction()
         unit = VACUUM_PERMITTIVITY * (self.length / self.deflection) ** 2
-        return unit * gate.products(self.modes, 1)
+        return unit * gates.products(self.modes, gate - 1, 1)
 
-    def softening(self) -> np.ndarray:
-        if not self._gated:
+    def softening(self, gate: int = 1) -> np.ndarray:
+        if not self._has(gate):
             return super().softening()
         unit = VACUUM_PERMITTIVITY * self.length**2 / self.deflection**3
-        return unit * gate.products(self.modes, 2)
+        return unit * gates.products(self.modes, gate - 1, 2)
 
 
 def areal_rule(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from math import comb
+from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from nanorom.fem.stopwatch import Stopwatch
 from nanorom.files.partial import Journal
 from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
+from nanorom.scene.wrinkles import TENSION_KEY
 
 
 class Route(ABC):
@@ -37,6 +39,8 @@ class Route(ABC):
             plausibility.check(scene, span)
         if scene.plate.shape_file is not None:
             initial_shape.read_table(scene.plate.shape_file)
+        if isinstance(scene.tension.variation, Path):
+            initial_shape.read_table(scene.tension.variation, TENSION_KEY)
 
     def method(self, scene: Scene) -> str:
         """How the tensors are found: direct, step or tangent."""

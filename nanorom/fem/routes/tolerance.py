@@ -33,6 +33,7 @@ class Attempt(Protocol):
 Solved = TypeVar("Solved", bound=Attempt)
 
 LEAST_AIM = 1e-14  # a hundred roundings: no mesh is made for less
+APART = 0.1  # of the tensor: what modes mix by that are told apart
 
 
 @attrs.frozen
@@ -69,7 +70,10 @@ def solved_to_tolerance(
             return last
         if last.rounding > tolerance / 2 or not can_refine(scene):
             break
+        finest = aim <= LEAST_AIM
         aim = power_below(aim * min(how.finer, tolerance / last.error))
+        if tolerance / 2 < last.mixing < APART and not finest:
+            aim = max(aim, LEAST_AIM)  # modes that a mesh tells apart, a finer one tells better
         slow = aim < LEAST_AIM
         if slow:
             break

@@ -106,6 +106,8 @@ def check(scene: Scene) -> None:
         raise SceneError("mass, region, gas: found; allowed with derivatives: none of them")
     if scene.support.springs or any(isinstance(kind, Edge) for kind in scene.support.kinds):
         raise SceneError("support: derivatives are those on rigid supports; found springs or Edge")
+    if scene.tension.variation is not None:
+        raise SceneError("tension.variation: found; allowed with derivatives: none")
     if scene.tension.xy:
         raise SceneError(f"tension.xy: found {scene.tension.xy:g} N/m; allowed with derivatives: 0")
 

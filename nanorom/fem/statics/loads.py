@@ -1,4 +1,4 @@
-"""Static loads of a film: pressure, force on a patch, moment, gate."""
+"""Static loads of a film: pressure, force on a patch, moment, gates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mpi4py import MPI
 from nanorom.fem.fields import discs
 from nanorom.fem.fields.places import functional
 from nanorom.fem.models.coupled import Film
-from nanorom.fem.models.gate import Attraction
+from nanorom.fem.models.gate import Attraction, Gate
 from nanorom.fem.models.operators import ClassStiffness, LinearForce
 from nanorom.fem.solvers import compat
 from nanorom.fem.statics.problem import StaticProblem
@@ -24,24 +24,22 @@ from nanorom.fem.symmetry import line
 class Load:
     """A static load per unit magnitude.
 
-    form : linear form, or None; nodal : (local dofs of the film,) or None; gap : height of the
-    gate that attracts the film and that no part of it may reach; strength : of its attraction.
+    form : linear form, or None; nodal : (local dofs of the film,) or None; gates : that attract the
+    film, and that it may not reach.
     """
 
     form: Any = None
     nodal: np.ndarray | None = None
-    gap: float = np.inf
-    strength: float = 1.0
+    gates: tuple[Gate, ...] = ()
 
     def __add__(self, other: Load) -> Load:
-        """Both loads together, at most one of them a gate."""
-        gate = self if self.gap < np.inf else other
+        """Both loads together."""
         form, nodal = _sum(self.form, other.form), _sum(self.nodal, other.nodal)
-        return Load(form, nodal, gate.gap, gate.strength)
+        return Load(form, nodal, self.gates + other.gates)
 
     def attraction(self, magnitude: float) -> Attraction | None:
         """What attracts the film at a magnitude of the load; None without a gate."""
-        return Attraction(self.gap, magnitude * self.strength) if self.gap < np.inf else None
+        return Attraction(self.gates).scaled(magnitude) if self.gates else None
 
 
 def _sum(a: Any, b: Any) -> Any:
@@ -55,16 +53,18 @@ def pressure(film: Film, value: float = 1.0) -> Load:
     return Load(form=value * test[2] * film.plate.dx(2 * film.plate.degree))
 
 
-def gate(film: Film, gap: float, strength: float = 1.0) -> Load:
+def gate(film: Film, gap: float, strength: float = 1.0, inside: np.ndarray | None = None) -> Load:
     """Parallel-plate electrostatic pressure strength/2 / (gap - w)^2, strength eps0 V^2.
 
-    The gate lies at ``gap`` above the film's plane, edge effects are neglected.
+    The gate lies at ``gap`` above the film's plane, below it if both numbers are negative, in all
+    of it or, inside (local cells,), where that is 1; edge effects are neglected.
     """
     w = ufl.variable(film.w)
     height = w if film.plate.state.shape is None else w + film.plate.state.shape
-    attraction = Attraction(gap, strength).on(film.plate.domain.mesh)
+    made = Gate(gap, strength, inside)
+    attraction = Attraction((made,)).on(film.plate.domain.mesh)
     form = ufl.diff(attraction.potential(height), w) * ufl.TestFunction(film.space)[2]
-    return Load(form * film.plate.dx(film.plate.stretching_degree), None, gap, strength)
+    return Load(form * film.plate.dx(film.plate.stretching_degree), None, (made,))
 
 
 def moment(film: Film, value: float = 1.0) -> Load:
@@ -122,9 +122,12 @@ def problem(film: Film, load: Load | None) -> StaticProblem:
 
 
 def admissible(film: Film, load: Load) -> bool:
-    """No node of the film is beyond the gate. Collective."""
+    """No node of the film is beyond a gate. Collective."""
     height = film.deflection()
     if film.plate.state.shape is not None:
         height = height + film.plate.state.shape.x.array
-    highest = film.plate.domain.comm.allreduce(float(height.max(initial=-np.inf)), op=MPI.MAX)
-    return highest < load.gap
+    dofs, free = compat.cell_dofs(film.plate.deflections), True
+    for gate in load.gates:
+        above = height if gate.inside is None else height[dofs[gate.inside > 0]]
+        free = free and float((gate.side * above).max(initial=-np.inf)) < abs(gate.gap)
+    return bool(film.plate.domain.comm.allreduce(free, op=MPI.LAND))

@@ -14,6 +14,7 @@ from nanorom.errors import LoadError, SceneError, SolverError
 from nanorom.fem.models import initial_shape
 from nanorom.fem.models.build import relaxes
 from nanorom.fem.models.coupled import Film
+from nanorom.fem.models.patchwork import located
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.solvers import compat
 from nanorom.fem.statics import buckled, loads, path
@@ -104,11 +105,11 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
         for point in path.load_steps(problem, [1.0], accept):
             stable = point.stable
     except SolverError as error:
-        if isinstance(error, LoadError) and 0.0 < error.reached and scene.load.voltage is not None:
+        if isinstance(error, LoadError) and 0.0 < error.reached and load.gates:
             error = pulled_in(problem, error, accept)
         raise SolverError(explained(scene.load, error)) from error
     other = None
-    if not stable and load.gap == np.inf:
+    if not stable and not load.gates:
         other = _buckled(film, problem, functools.partial(load_on, load=scene.load, units=units))
     about = film.about(load.attraction(1.0))
     relaxed = film.in_plane() if relaxes(plate) else None
@@ -153,9 +154,13 @@ def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:
     parts = []
     if load.pressure is not None:
         parts.append(loads.pressure(film, load.pressure / units.pressure))
-    if load.voltage is not None and load.gap is not None:
-        strength = VACUUM_PERMITTIVITY * load.voltage**2 / units.attraction
-        parts.append(loads.gate(film, load.gap / units.deflection, strength))
+    for number, gate in enumerate(load.electrodes, 1):
+        side, inside = np.sign(gate.gap), None
+        strength = side * VACUUM_PERMITTIVITY * gate.voltage**2 / units.attraction
+        if gate.patch is not None:
+            found = f"load.gate: found number {number}"
+            inside = located(film.plate, [gate.patch], units.length, found).astype(float)
+        parts.append(loads.gate(film, gate.gap / units.deflection, strength, inside))
     if load.force is not None:
         centre, radius = np.array(load.position) / units.length, load.radius / units.length
         try:
@@ -174,17 +179,18 @@ def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:
 def explained(load: Load, error: SolverError) -> str:
     """What the load case's failure means for the scene's load."""
     reached = error.reached if isinstance(error, LoadError) else 0.0
-    if load.voltage is not None and (load.pressure, load.force) != (None, None):
+    if load.electrodes and (load.pressure, load.force) != (None, None):
         return (
             f"load: only {100 * reached:.4g} % of it can be applied before the gate pulls the film "
             "in; lower the load or widen the gap"
         )
-    if load.voltage is None or reached == 0.0:
+    if not load.electrodes or reached == 0.0:
         return f"load: only {100 * reached:.4g} % of it can be applied: {error}"
-    volts = np.sqrt(reached) * abs(load.voltage)
+    found = [abs(gate.voltage) for gate in load.electrodes if gate.voltage]
+    at = " and ".join(f"{np.sqrt(reached) * volts:.6g}" for volts in found)
     return (
-        f"load.voltage: found {abs(load.voltage):g} V, but the film is pulled in at {volts:.6g} V; "
-        "lower the voltage or widen the gap"
+        f"load.voltage: found {' and '.join(f'{volts:g}' for volts in found)} V, but the film is "
+        f"pulled in at {at} V; lower the voltage or widen the gap"
     )
 
 

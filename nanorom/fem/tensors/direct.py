@@ -23,10 +23,10 @@ import numpy as np
 from nanorom.fem.fields import membrane, quadrature
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes.eigen import Modes
-from nanorom.fem.solvers import algebra, compat, groups
+from nanorom.fem.solvers import compat, groups
 from nanorom.fem.symmetry import Parity, product_parity
 from nanorom.fem.tensors import inplane, lateral
-from nanorom.fem.tensors.equilibrium import Equilibrium
+from nanorom.fem.tensors.equilibrium import of_classes
 from nanorom.fem.tensors.inplane import InPlane
 
 SOLVED = 1e-6  # error of displacements in the norm of their energy: it enters products squared
@@ -153,17 +153,11 @@ def _displacements(
     for field, _, parity, strain in _pair_strains(plate, shapes, pairs):
         force = membrane.force(plate, field, strain) * field.weights[..., None]
         membrane.add_load(plate, field, force, loads[parity])
-    stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
-    for number, parity in enumerate(loads, 1):
+    for equilibrium, parity in zip(of_classes(plate, list(loads)), list(loads)):
         loads[parity] = membrane.summed(plate, loads[parity])
-        compat.free_memory(plate.domain.comm)
-        equilibrium = Equilibrium(plate, stiffness, parity)
-        if number == len(loads):
-            stiffness.destroy()
         equilibrium.respond(loads[parity], SOLVED)
         own = equilibrium if slender else None
         known[parity] = inplane.known(plate, loads[parity], parity, own)
-        equilibrium.release()
     compat.free_memory(plate.domain.comm)
     return loads, known
 

@@ -7,7 +7,7 @@ well as every step of SNES for load cases, many at once.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from petsc4py import PETSc
@@ -15,7 +15,7 @@ from petsc4py import PETSc
 from nanorom.errors import SolverError
 from nanorom.fem.fields import membrane
 from nanorom.fem.models.plate import Plate
-from nanorom.fem.solvers import algebra
+from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.symmetry import Parity
 
 SNES_TOLERANCE = 1e-10  # residual relative to the load of the deflection
@@ -120,3 +120,28 @@ class Equilibrium:
     def apply(self, _: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """y = A^-1 x for every load case."""
         y.array[:] = self._solver.solve(x.array_r.reshape(self._shape)).ravel()
+
+
+def of_classes(plate: Plate, parities: Sequence[Parity]) -> Iterator[Equilibrium]:
+    """That of each class in turn: released when the next one is asked for, unless films to come
+    on the same mesh, of the same stiffness in their plane, need its factors again.  Collective.
+    """
+    kept = plate.domain.made if plate.patchwork is None else None
+    stretched = plate.stiffness
+    numbers = (*np.ravel(stretched.law), stretched.stretching, *stretched.in_plane.items())
+    kind = "equilibrium", plate.degree, plate.holding, *numbers
+    stiffness = None
+    for number, parity in enumerate(parities, 1):
+        known = kept.get((*kind, parity)) if kept is not None else None
+        if known is None:
+            if stiffness is None:
+                stiffness = algebra.assemble(plate.compiled(plate.in_plane_form))
+            compat.free_memory(plate.domain.comm)
+            known = Equilibrium(plate, stiffness, parity)
+        if number == len(parities) and stiffness is not None:
+            stiffness.destroy()
+        yield known
+        if kept is None:
+            known.release()
+        else:
+            kept[(*kind, parity)] = known

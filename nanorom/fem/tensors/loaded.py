@@ -55,8 +55,8 @@ def tensors(modes: Modes, in_plane: str = "free", outside: bool = False) -> Tens
 def _attraction_tensors(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     """int W''' phi^3 and int W'''' phi^4 of all modes, W the potential of the attraction."""
     plate, n = modes.plate, len(modes.parities)
-    gate = plate.state.attraction
-    assert gate is not None
+    attraction = plate.state.attraction
+    assert attraction is not None
     j, k = np.triu_indices(n)
     pair = np.empty((n, n), dtype=int)
     pair[j, k] = pair[k, j] = np.arange(len(j))
@@ -65,13 +65,15 @@ def _attraction_tensors(modes: Modes) -> tuple[np.ndarray, np.ndarray]:
     if plate.state.shape is not None:
         shape[:, 0] = plate.state.shape.x.array
     for field in quadrature.fields(plate, columns=2 * len(j)):
-        height = gate.gap - field.value(shape)[..., 0]
+        height = field.value(shape)[..., 0]
         value = field.value(modes.shapes).reshape(-1, n)
-        weight = (gate.strength * field.weights).ravel()
         products = value[:, j] * value[:, k]
-        height = height.ravel()[:, None]
-        by_pair += (products * weight[:, None] * 3 / height**4).T @ value
-        by_two += (products * weight[:, None] * 12 / height**5).T @ products
+        of_third, of_fourth = (
+            (attraction.derivative(order, height, field.cells) * field.weights).reshape(-1, 1)
+            for order in (3, 4)
+        )
+        by_pair += (products * of_third).T @ value
+        by_two += (products * of_fourth).T @ products
     comm, copies = plate.domain.comm, plate.mirrors.copies
     third = copies * comm.allreduce(by_pair)[pair]
     fourth = copies * comm.allreduce(by_two)[pair[:, :, None, None], pair[None, None]]

@@ -131,15 +131,15 @@ class PairForces:
         return self.loads
 
     def _add_attraction(self) -> None:
-        """The third derivative of the gate's potential, which softens the film further."""
+        """The third derivative of the gates' potential, which softens the film further."""
         plate = self._modes.plate
-        gate, shape = plate.state.attraction, plate.state.shape
-        assert gate is not None
+        attraction, shape = plate.state.attraction, plate.state.shape
+        assert attraction is not None
         height_of = shape.x.array[:, None]
         across = plate.domain.across
         for field in quadrature.fields(plate, columns=2 * len(self._column)):
-            height = gate.gap - field.value(height_of)[..., 0]
-            third = 3 * gate.strength / height**4 * field.weights / across.size
+            height = field.value(height_of)[..., 0]
+            third = attraction.derivative(3, height, field.cells) * field.weights / across.size
             value = field.value(self._modes.shapes)
             for parity, (j, k) in ((p, m.T) for p, m in self.pairs.items()):
                 density = -0.5 * third[..., None] * value[..., j] * value[..., k]

@@ -108,7 +108,9 @@ def fit_of(parameters: Parameters, peaks: Sequence[Peak], request: Request) -> D
         size = max(float(trace.amplitude.max()) for trace in peak.traces)
         noise.append((peak.noise * size, 0.0))
         parts += [Measured(trace, request.levels[trace.level], place) for trace in peak.traces]
-    return DeviceFit(parameters, parts, ranges, noise)
+    if "phase" not in request.beside:  # in some of the traces alone
+        parts = [attrs.evolve(p, trace=attrs.evolve(p.trace, phase=None)) for p in parts]
+    return DeviceFit(parameters, parts, ranges, noise, [(size, 0.0) for size, _ in noise])
 
 
 def _reducer() -> Callable[[Scene, Sequence[str]], ModelSlopes]:
@@ -153,11 +155,13 @@ def _parameters(
     sought = [Parameter(u.name, "", u.of(film), u.unit) for u in request.film]
     quality = scene.damping.per_mode(len(names)) if scene.damping else (np.nan,) * len(names)
     fixed = {f"quality_factor.{name}": value for name, value in zip(names, quality)}
-    fixed |= {"material_time": film.material_time, "offset": 0.0, "drive": 1.0, "readout": 1.0}
+    fixed |= {"material_time": film.material_time, "drive": 1.0, "readout": 1.0}
+    fixed |= {"offset": 0.0, "phase": 0.0}
     begin = {
         "quality_factor": [peak.quality_factor.value for peak in peaks],
         "drive": [1.0] * len(peaks),
         "readout": [1.0] * len(peaks),
+        "phase": [0.0] * len(peaks),
     }
     units = {
         "quality_factor": "1",
@@ -165,6 +169,7 @@ def _parameters(
         "readout": f"{unit.partition(',')[0]}/m" if unit != "m" else "1",
         "material_time": "s",
         "offset": "Hz",
+        "phase": "rad",
     }
     for name, each in request.beside.items():
         if name not in begin:
@@ -172,9 +177,11 @@ def _parameters(
             continue
         values = begin[name]
         if each:
-            sought += [Parameter(name, m, v, units[name]) for m, v in zip(label, values)]
+            own = zip(label, values)
+            sought += [Parameter(name, m, v, units[name], name != "phase") for m, v in own]
         else:
-            sought.append(Parameter(name, "", float(np.median(values)), units[name]))
+            value = float(np.median(values))
+            sought.append(Parameter(name, "", value, units[name], name != "phase"))
         fixed = {k: v for k, v in fixed.items() if k.partition(".")[0] != name}
     return Parameters(
         scene=scene,

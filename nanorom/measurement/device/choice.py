@@ -125,7 +125,7 @@ def _added(
     wider = attrs.evolve(begin, parameters=old).of_modes([*begin.index, other])
     start = list(found.x)
     for parameter, value in zip(old.sought, found.x.tolist()):
-        if parameter.mode == like:
+        if parameter.mode == like and parameter.name != "phase":  # that is one of a range
             wider = wider.with_(attrs.evolve(parameter, mode=begin.label[other]))
             weaker = np.log(WEAKER) if parameter.name != "quality_factor" else 0.0
             start.append(value + weaker)

@@ -15,11 +15,13 @@ from scipy import stats
 from nanorom.continuation import ModalSystem, explore
 from nanorom.errors import NanoromError
 from nanorom.measurement.data import Trace
+from nanorom.measurement.device.noise import noise_of
 from nanorom.measurement.device.parameters import FARTHEST, Device, Parameters
+from nanorom.measurement.device.phases import turned
 from nanorom.measurement.device.rows import CHANGE, assigned
 from nanorom.measurement.device.stretches import Stretch, stretches
-from nanorom.measurement.sweeps.fit import BETWEEN, EARLY, GAUSSIAN, ROBUST, variance
-from nanorom.types import Array
+from nanorom.measurement.sweeps.fit import BETWEEN, EARLY, ROBUST
+from nanorom.types import Array, Numbers
 
 MARGIN = 2.0  # half widths by which a range is explored beyond its rows
 REACH = 1.2  # beyond a range within which branches that leave it come back
@@ -30,8 +32,6 @@ STEPS, ROUNDS = 12, 3  # of the descent, and how often the noise is measured ane
 HALVINGS = 5
 SETTLED = 0.05  # of its standard deviation: a step below it ends the descent
 UNDETERMINED = 1e-5  # singular value, relative, of a direction that the data do not tell
-CLIPPED, NOISE_ROUNDS = 2.5, 8  # deviations beyond which a difference counts no more
-KEPT = 0.9776  # of the variance of a normal distribution that is so clipped
 LEAST_NOISE = 1e-4  # of an amplitude: what the harmonics left out
 FREE = 1e-9
 
@@ -51,9 +51,9 @@ class Measured:
 class Evaluation:
     """Differences at some parameters x (p,): residual (m,) by their noise and jacobian (m, p).
 
-    fitted: (n,) of each part, in the unit of the amplitude; stretch, falls: the stretch of each row
-    and the rows before which the part falls, with the fold's frequency in Hz or nan; early: of each
-    fall, whether it was before its fold.
+    fitted: (n,) of each part, in the unit of the amplitude; angle: (n,) rad; falls: the rows
+    before which the part falls, with the fold's frequency in Hz or nan, and whether it was before
+    its fold.
     """
 
     x: Array
@@ -61,6 +61,7 @@ class Evaluation:
     residual: Array
     jacobian: Array
     fitted: list[Array]
+    angle: list[Array]
     falls: list[list[tuple[int, float, bool]]]
     penalty: float
 
@@ -85,13 +86,14 @@ class DeviceFit:
     """Parts of traces and what is sought of the device that they are of.
 
     ranges: (low, high) Hz in which each level is explored; noise: (floor, share) of each range, of
-    the amplitude's unit and of the amplitude.
+    the amplitude's unit and of the amplitude; across: the same of what phases are measured by.
     """
 
     parameters: Parameters
     parts: list[Measured]
     ranges: list[tuple[float, float]]
     noise: list[tuple[float, float]]
+    across: list[tuple[float, float]]
     explored: int = 0
     _last: tuple[bytes, Device, dict[tuple[int, float], list[Stretch]]] | None = None
 
@@ -115,20 +117,21 @@ class DeviceFit:
         rows: list[Array] = []
         tables: list[Array] = []
         extra: list[tuple[float, Array]] = []
-        fitted, falls, penalty = [], [], 0.0
+        fitted, angles, falls, penalty = [], [], [], 0.0
         for part in self.parts:
             key = part.place, part.level
             if key not in known:
                 known[key] = self._stretches(device, *key)
-            left, table, y, own, price = self._part(device, part, known[key], extra)
+            left, table, signal, own, price = self._part(device, part, known[key], extra)
             rows.append(left)
             tables.append(table)
-            fitted.append(y)
+            fitted.append(np.abs(signal))
+            angles.append(np.angle(signal))
             falls.append(own)
             penalty += price
         residual = np.concatenate([*rows, [value for value, _ in extra]])
         jacobian = np.concatenate([*tables, *(slope[None] for _, slope in extra)])
-        return Evaluation(x, device, residual, jacobian, fitted, falls, penalty)
+        return Evaluation(x, device, residual, jacobian, fitted, angles, falls, penalty)
 
     def _stretches(self, device: Device, place: int, level: float) -> list[Stretch]:
         terms, (low, high) = device.terms, self.ranges[place]
@@ -157,8 +160,11 @@ class DeviceFit:
         part: Measured,
         found: list[Stretch],
         extra: list[tuple[float, Array]],
-    ) -> tuple[Array, Array, Array, list[tuple[int, float, bool]], float]:
-        """Differences of a part, their derivatives, what is fitted, falls, the price of changes."""
+    ) -> tuple[Array, Array, Numbers, list[tuple[int, float, bool]], float]:
+        """Differences of a part, their derivatives, what is fitted, falls, the price of changes.
+
+        Of amplitudes, then of phases where there are some.
+        """
         y, hertz = part.trace.amplitude, part.trace.frequency
         omega = 2 * np.pi * (hertz - device.offset)
         if not found:
@@ -167,22 +173,26 @@ class DeviceFit:
         cost = np.full((len(y), len(found)), NOWHERE)
         for s, stretch in enumerate(found):
             states, _ = stretch.at(omega)
-            size = np.abs(stretch.equations.signal(states, device.gain)) * stretch.equations.unit
-            signals.append(size)
-            left = (size - y) / self.deviation(part.place, size)
+            signal = stretch.equations.signal(states, device.gain) * stretch.equations.unit
+            signals.append(signal * np.exp(1j * device.phase[part.place]))
+            left = self._misses(part, signals[-1])
             beyond = self._beyond(stretch, omega)
-            cost[:, s] = np.where(beyond < NOWHERE, robust(left) + WAITING * beyond, NOWHERE)
+            missed = robust(left).sum(axis=0) + WAITING * beyond
+            cost[:, s] = np.where(beyond < NOWHERE, missed, NOWHERE)
         which = assigned(cost)
         values = np.array([signals[s][row] for row, s in enumerate(which)])
-        noise = self.deviation(part.place, values)
-        table = np.zeros((len(y), len(device.changes)))
+        noise = self._noises(part, np.abs(values))
+        table = np.zeros((len(noise), len(y), len(device.changes)))
         for s in np.unique(which):
             own = which == s
-            table[own] = self._slopes(device, found[s], omega[own])
+            slopes = self._slopes(device, found[s], omega[own])
+            turning = np.abs(values[own, None]) * device.phases[:, part.place]
+            table[:, own] = np.stack([slopes.real, slopes.imag + turning])[: len(noise)]
         falls = self._falls(device, part, found, which, extra)
         changed = int((np.diff(which) != 0).sum())
-        left = (values - y) / noise
-        return left, table / noise[:, None], values, falls, CHANGE * changed
+        left = self._misses(part, values).ravel()
+        table = (table / noise[..., None]).reshape(len(left), -1)
+        return left, table, values, falls, CHANGE * changed
 
     @staticmethod
     def _beyond(stretch: Stretch, omega: Array) -> Array:
@@ -199,8 +209,8 @@ class DeviceFit:
             found[out] = count
         return found
 
-    def _slopes(self, device: Device, stretch: Stretch, omega: Array) -> Array:
-        """Derivatives (n, p) of the amplitudes of rows on a stretch."""
+    def _slopes(self, device: Device, stretch: Stretch, omega: Array) -> Numbers:
+        """Derivatives (n, p) of rows on a stretch: of amplitudes, and i times those across them."""
         equations, count = stretch.equations, len(device.changes)
         states, rate = stretch.at(omega)
         by_all, by_rate = equations.slopes(states, rate, device.changes)
@@ -220,13 +230,13 @@ class DeviceFit:
         weight = device.gain
         signal = equations.signal(states, weight)
         unit = np.conj(signal) / np.maximum(np.abs(signal), 1e-300)
-        table = np.empty((len(omega), count))
+        table = np.empty((len(omega), count), dtype=complex)
         for k in range(count):
             moved = equations.signal(by_all[..., k], weight) + equations.signal(
                 states, device.gains[k]
             )
-            table[:, k] = np.real(unit * moved)
-        slope = np.real(unit * equations.signal(by_rate, weight)) / equations.frequency
+            table[:, k] = unit * moved
+        slope = unit * equations.signal(by_rate, weight) / equations.frequency
         table -= 2 * np.pi * slope[:, None] * device.offsets
         return np.asarray(table * equations.unit)
 
@@ -263,10 +273,23 @@ class DeviceFit:
 
     # -- noise ------------------------------------------------------------------------------------
 
-    def deviation(self, place: int, size: Array) -> Array:
-        """Standard deviation (n,) of amplitudes (n,) in a range."""
-        floor, share = self.noise[place]
+    def deviation(self, place: int, size: Array, across: bool = False) -> Array:
+        """Standard deviation (n,) of amplitudes (n,) in a range, or of phases times these."""
+        floor, share = (self.across if across else self.noise)[place]
         return np.asarray(np.sqrt(floor**2 + (share**2 + LEAST_NOISE**2) * size**2))
+
+    def _noises(self, part: Measured, size: Array) -> Array:
+        """Deviations (1 or 2, n) of what a part has."""
+        kinds = (False,) if part.trace.phase is None else (False, True)
+        return np.array([self.deviation(part.place, size, across) for across in kinds])
+
+    def _misses(self, part: Measured, signal: Numbers) -> Array:
+        """Differences (1 or 2, n) by their noise."""
+        size, data = np.abs(signal), part.trace
+        found = [size - data.amplitude]
+        if data.phase is not None:
+            found.append(size * turned(np.angle(signal) - data.phase))
+        return np.asarray(np.array(found) / self._noises(part, size))
 
     def measure_noise(self, found: Evaluation) -> None:
         """Noise of each range, a constant and a share of the amplitude, from what is left."""
@@ -274,16 +297,14 @@ class DeviceFit:
             own = [i for i, part in enumerate(self.parts) if part.place == place]
             if not own:
                 continue
+            traces = [self.parts[i].trace for i in own]
             sizes = np.concatenate([found.fitted[i] for i in own])
-            data = np.concatenate([self.parts[i].trace.amplitude for i in own])
-            largest = float(sizes.max())
-            sizes, misses = sizes / largest, np.abs(data - sizes) / largest
-            most = CLIPPED * GAUSSIAN * float(np.median(misses / (sizes + 1))) * (sizes + 1)
-            for _ in range(NOISE_ROUNDS):
-                floor, share = variance(sizes, np.minimum(misses, most))
-                floor, share = floor / KEPT, share / KEPT
-                most = CLIPPED * np.sqrt(floor + share * sizes**2)
-            self.noise[place] = largest * float(np.sqrt(floor)), float(np.sqrt(share))
+            data = np.concatenate([trace.amplitude for trace in traces])
+            self.noise[place] = noise_of(sizes, np.abs(data - sizes))
+            if all(trace.phase is not None for trace in traces):
+                angle = np.concatenate([found.angle[i] for i in own])
+                told = np.concatenate([np.asarray(trace.phase) for trace in traces])
+                self.across[place] = noise_of(sizes, np.abs(sizes * turned(angle - told)))
 
     # -- descent ----------------------------------------------------------------------------------
 
@@ -359,7 +380,7 @@ class DeviceFit:
     def evidence(self, found: Evaluation) -> float:
         """-2 log of the likelihood, and what parameters cost (Schwarz)."""
         spread = sum(
-            2 * float(np.log(self.deviation(part.place, y)).sum())
+            2 * float(np.log(self._noises(part, y)).sum())
             for part, y in zip(self.parts, found.fitted)
         )
         return found.cost + spread + len(found.x) * float(np.log(self.rows))

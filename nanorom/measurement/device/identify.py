@@ -20,6 +20,7 @@ from nanorom.measurement.device.begin import Begin, fit_of
 from nanorom.measurement.device.choice import Choice, chosen
 from nanorom.measurement.device.fit import DeviceFit, Evaluation, Measured, quantile
 from nanorom.measurement.device.parameters import Parameters
+from nanorom.measurement.device.phases import with_phases
 from nanorom.measurement.device.request import Request
 from nanorom.measurement.device.start import from_peaks
 from nanorom.measurement.sweeps.peaks import CONFIDENCE, Estimate, Peak, find_peaks, is_alike
@@ -115,7 +116,8 @@ def identify_sweeps(
     measured : amplitudes against frequency, up, down or both, at one or several levels, or the
         files that have them
     unknowns : of the film those of `nanorom.measurement.unknowns`; quality_factor, drive, readout,
-        with an s at their end for one each mode; material_time, offset.  Left out: tension,
+        with an s at their end for one each mode; material_time, offset; phase, which is sought
+        where phases are measured.  Left out: tension,
         youngs_modulus, quality_factors, and drives and readouts where units do not tell them.
     labels : names of the modes of the peaks, by rising frequency; those that fit best if left out
 
@@ -136,6 +138,7 @@ def identify_sweeps(
     begin = Begin.of(scene, peaks, request, labels, linear.unit)
     x = from_peaks(begin.parameters, peaks, list(range(len(peaks))), request.levels)
     fit = fit_of(begin.parameters, peaks, request)
+    fit, x = with_phases(fit, x)
     told("fit", 0, 1)
     fit, found, choices = chosen(fit, fit.descend(x), begin)
     told("fit", 1, 1)

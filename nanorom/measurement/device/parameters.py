@@ -52,7 +52,8 @@ class Device:
 
     scene; label: names of its L modes; terms: arrays of the equations, force per unit of a level;
     gain: (L,) of the read-out, unit of the amplitude per m; offset: Hz, of the frequencies that the
-    instrument tells; changes: terms per unit of each sought number; gains: (p, L); offsets: (p,).
+    instrument tells; phase: (L,) rad that it adds to the motion's about each mode's resonance;
+    changes: terms per unit of each sought number; gains, phases: (p, L); offsets: (p,).
     """
 
     scene: Scene
@@ -60,9 +61,11 @@ class Device:
     terms: Terms
     gain: Array
     offset: float
+    phase: Array
     changes: list[Terms]
     gains: Array
     offsets: Array
+    phases: Array
 
     @property
     def frequency(self) -> Array:
@@ -166,6 +169,7 @@ class _Builder:
         changes = [self.by_scene(terms, slope) for slope in self.slopes]
         gains = [np.zeros(len(mass)) for _ in self.slopes]
         offsets = [0.0 for _ in self.slopes]
+        phases = [np.zeros(len(mass)) for _ in self.slopes]
         nothing = Terms(0 * omega, 0 * omega, 0 * terms.cubic, 0 * omega, 0.0)
         for parameter in self.parameters.sought[len(self.slopes) :]:
             own = np.array([parameter.mode in ("", name) for name in self.parameters.label])
@@ -177,15 +181,18 @@ class _Builder:
             changes.append(table.get(parameter.name, nothing))
             gains.append(gain * own * (parameter.name == "readout"))
             offsets.append(1.0 * (parameter.name == "offset"))
+            phases.append(1.0 * own * (parameter.name == "phase"))
         return Device(
             scene,
             self.parameters.label,
             terms,
             gain,
             self.numbers["offset"],
+            self.each("phase"),
             changes,
             np.array(gains),
             np.array(offsets),
+            np.array(phases),
         )
 
     def pattern(self, arrays: Arrays) -> Array:

@@ -21,6 +21,7 @@ BESIDE = {
     "material_time": (False, "relaxation time of a viscous film: nonlinear damping"),
     "drive": (True, "force by level: a factor on the scene's pattern, or N per unit of a level"),
     "readout": (True, "amplitude as measured by the deflection"),
+    "phase": (True, "what the instrument adds to phases, in rad; sought where they are measured"),
     "offset": (False, "what the instrument's frequencies are too high by, in Hz"),
 }
 EACH = "s"  # ends the name of an unknown that is one for each mode
@@ -48,6 +49,14 @@ class Request:
         """Of names, usual ones if left out, for a number of modes; raises SceneError."""
         names = usual(scene, measured, modes) if unknowns is None else tuple(unknowns)
         film, beside = _read(names)
+        measures_phase = all(trace.phase is not None for trace in measured.traces)
+        if measures_phase:
+            beside.setdefault("phase", True)
+        elif "phase" in beside:
+            raise SceneError(
+                "unknowns: found phase without phases in all data; allowed: a column of them, or "
+                "of both quadratures, in every file"
+            )
         if measured.unit != "m" and "readout" not in beside:
             raise SceneError(
                 f"unknowns: found amplitudes in {measured.unit or 'no unit'} without readout; "

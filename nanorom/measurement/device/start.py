@@ -19,7 +19,8 @@ STEPS = 12
 SETTLED = 1e-4  # of a logarithm
 LEAST = 1e-6, 1e-2  # relative deviation of frequencies, and of the rest: one mode's formula
 NORMAL = 1.96  # standard deviations in a half width
-TOLD = 0.5  # relative half width beyond which a peak does not tell a number
+TOLD = 5.0  # relative half width beyond which a peak does not tell a number: a rough one is
+# better than none, without which drive and read-out would begin anywhere
 UNDETERMINED = 1e-7
 
 

@@ -21,11 +21,13 @@ from nanorom.errors import ModelError
 from nanorom.rom.manifold.equations import Equations, equations_of
 from nanorom.rom.manifold.invariance import NEAR, expand
 from nanorom.rom.manifold.monomials import Index
+from nanorom.rom.modal import FOLLOWING
 from nanorom.types import Array, Numbers
 
 SERIES_ORDER = 5  # of the manifold: as far as the quintic coefficient needs
 KERR_ORDER = 3
 ROUND_OFF = 1e-10  # of a coefficient's own size: what differences leave of a zero
+NAMELESS = "what has no name"  # fields of a film: in-plane motion, and modes that are not named
 DISPERSIVE = 0.02  # of the first mode's frequency: nearer to a resonance, modes exchange energy
 
 
@@ -126,10 +128,11 @@ class Coefficients:
     """Effective coefficients of a mode of a model, and what causes them.
 
     total; parts: by name, what each adds: the mode's own cubic force, what lies outside the modes,
-    its own quadratic force, and every other mode; together: what these do only together (of the
-    quintic coefficient).  kerr (L,): change of the frequencies of all modes in rad/s by the squared
-    amplitude of the mode in m^2; photon (L,): by a quantum of its energy, rad/s; dispersive (L,):
-    False where a mode is so near to a resonance that the two exchange energy.
+    its own quadratic force, the fields of a film that are no modes, and every other mode;
+    together: what these do only together (of the quintic coefficient).  kerr (L,): change of the
+    frequencies of all modes in rad/s by the squared amplitude of the mode in m^2; photon (L,): by a
+    quantum of its energy, rad/s; dispersive (L,): False where a mode is so near to a resonance that
+    the two exchange energy.
     """
 
     mode: int
@@ -187,14 +190,21 @@ def coefficients(model: Any, mode: int | str) -> Coefficients:
     total = Oscillator.of(equations, place, place, mass)
     alone = Oscillator.of(equations.of_modes(np.array([place])), 0, 0, mass)
     parts = _own(model, place, alone)
-    for other in np.setdiff1d(np.arange(len(label)), [place]):
-        pair = np.array([place, other])
-        both = Oscillator.of(equations.of_modes(pair), 0, 0, mass)
+    follows = np.flatnonzero(model.number > FOLLOWING)
+    if len(follows):
+        group = np.append(place, follows)
+        beside = Oscillator.of(equations.of_modes(group), 0, 0, mass)
+        parts[NAMELESS] = beside.minus(alone)
+        alone = beside
+    others = np.setdiff1d(np.arange(len(label)), [place, *follows])
+    for other in others:
+        group = np.concatenate([[place, other], follows])
+        both = Oscillator.of(equations.of_modes(group), 0, 0, mass)
         parts[label[other]] = both.minus(alone)
     rest = total
     for part in parts.values():
         rest = rest.minus(part)
-    kerr, dispersive = _kerr(equations, place, total, mass)
+    kerr, dispersive = _kerr(equations, place, others, total, mass)
     omega = 2 * np.pi * model.frequency[place]
     return Coefficients(
         mode=place,
@@ -224,9 +234,11 @@ def _own(model: Any, place: int, alone: Oscillator) -> dict[str, Oscillator]:
     return found
 
 
-def _kerr(equations: Equations, place: int, total: Oscillator, mass: float) -> tuple[Array, Array]:
-    """Shifts of all frequencies by the squared amplitude of one mode, NaN where a third mode is in
-    resonance; and whether the mode only shifts them.
+def _kerr(
+    equations: Equations, place: int, others: Index, total: Oscillator, mass: float
+) -> tuple[Array, Array]:
+    """Shifts of the frequencies of one mode and of others by the squared amplitude of the one, NaN
+    of all else and where a third mode is in resonance; and whether the mode only shifts them.
     """
     undamped = equations.undamped()
     rates = undamped.basis.rates.imag[: undamped.size]
@@ -234,7 +246,7 @@ def _kerr(equations: Equations, place: int, total: Oscillator, mass: float) -> t
     kerr = np.full(undamped.size, np.nan)
     dispersive = np.ones(undamped.size, dtype=bool)
     kerr[place] = 3 / 8 * total.cubic / (mass * rates[place] * equations.frequency)
-    for other in np.setdiff1d(np.arange(undamped.size), [place]):
+    for other in others:
         try:
             kerr[other] = _cross_shift(undamped, place, int(other), units)
         except ModelError:

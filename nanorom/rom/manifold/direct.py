@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import combinations_with_replacement
-from math import factorial
+from math import comb, factorial
 
 import attrs
 import numpy as np
@@ -29,8 +29,12 @@ from nanorom.rom.manifold.monomials import Index, Monomials
 from nanorom.types import Array
 
 CHUNK = 32  # columns of a force at once: some 10 MB at the quadrature points of a film
+MOST_PRODUCTS = 1e5  # of two or three fields: some minutes
 SAME = 1e-9  # of a frequency: shifts that are one
-FINITE = 1e8  # of the static response of a slave, beyond which it is in resonance
+CLOSE = 1e-5  # of a squared frequency: another one as near as that is in resonance, or may be
+RESONANT = 1e-8  # of the same: what is as near and driven has no bounded response
+ITERATED = 3  # times: enough to tell a mode that is CLOSE
+VANISHING = 1e-9  # of a response, by the static one of all else: what drives it is round-off
 
 
 @attrs.frozen(eq=False)
@@ -88,6 +92,18 @@ def swapped(monomials: Monomials) -> Index:
     return np.array([monomials.place(row) for row in rows.tolist()])
 
 
+def check_products(masters: int, order: int) -> None:
+    """Raise ModelError for more products of fields than can be computed."""
+    counts = np.array([0, *(comb(d + 2 * masters - 1, d) for d in range(1, order + 1))], float)
+    pairs = np.convolve(counts, counts)
+    both = pairs[: order + 1].sum() / 2 + np.convolve(pairs, counts)[: order + 1].sum() / 6
+    if both / 2 > MOST_PRODUCTS:
+        raise ModelError(
+            f"order: found one with some {both / 2:.1g} products of fields of {masters} masters; "
+            f"allowed: up to {MOST_PRODUCTS:g}; lower the order, or take fewer masters"
+        )
+
+
 class _Bordered:
     """Solves (K - sigma^2 M) u = f for u orthogonal to modes, f without them."""
 
@@ -98,7 +114,7 @@ class _Bordered:
         """Solutions (p, n), one for each sigma (p,); one factor for all of one size."""
         found = np.zeros_like(right)
         size = np.abs(sigma)
-        left = np.flatnonzero(np.abs(right).max(axis=1))
+        left = np.flatnonzero(np.abs(right).max(axis=1, initial=0.0))
         while len(left):
             same = left[np.abs(size[left] - size[left[0]]) <= SAME * size.max()]
             found[same] = self._solve(size[same[0]], right[same])
@@ -106,21 +122,53 @@ class _Bordered:
         return found
 
     def _solve(self, sigma: float, right: Array) -> Array:
+        """Solutions (p, n); a mode at sigma that nothing drives is left at rest.
+
+        What nothing drives is round-off, which a resonance would enlarge.
+        """
         system, count = self.system, self.momenta.shape[1]
         edge = sp.csc_matrix(self.momenta)
         matrix = sp.bmat(
             [[system.stiffness - sigma**2 * system.mass, edge], [edge.T, None]], format="csc"
         )
         try:
-            solve = splu(matrix).solve
+            factors = splu(matrix)
         except RuntimeError:
             raise _resonant(sigma) from None
-        padded = np.concatenate([right, np.zeros((len(right), count))], axis=1)
-        found = np.asarray(solve(padded.T).T[:, : system.size])
-        work = np.abs(np.einsum("pn,pn->p", found, (system.stiffness @ found.T).T))
-        if not np.all(work <= FINITE * np.abs(np.einsum("pn,pn->p", found, right)) + 1e-300):
+
+        def solve(columns: Array) -> Array:
+            padded = np.concatenate([columns, np.zeros((count, columns.shape[1]))])
+            return np.asarray(factors.solve(padded)[: system.size])
+
+        found = solve(right.T)
+        near, square = self._nearest(solve)
+        if abs(square - sigma**2) > CLOSE * square:
+            return found.T
+        share = near @ (system.mass @ found)
+        rest = found - np.outer(near, share)
+        alone = np.sqrt(np.abs(np.einsum("np,np->p", rest, system.stiffness @ rest)))
+        driven = np.abs(near @ right.T) > VANISHING * np.sqrt(square) * alone
+        if driven.any() and abs(square - sigma**2) <= RESONANT * square:
             raise _resonant(sigma)
-        return found
+        return np.where(driven, found, rest).T
+
+    def _nearest(self, solve: Callable[[Array], Array]) -> tuple[Array, float]:
+        """The mode (n,) of unit mass nearest to a shift, and its squared frequency."""
+        mass = self.system.mass
+        mode = np.random.default_rng(0).standard_normal((self.system.size, 1))
+        for _ in range(ITERATED):
+            mode = solve(mass @ mode)
+            mode /= np.sqrt((mode * (mass @ mode)).sum())
+        return mode[:, 0], float((mode * (self.system.stiffness @ mode)).sum())
+
+
+def responses(system: FullSystem, modes: Array, rates: Array, loads: Array) -> Array:
+    """What is not of some modes (n, N) of unit mass in responses (n, k) to loads (n, k) that
+    oscillate at rates (k,), without damping.
+    """
+    border = _Bordered(system, system.mass @ modes)
+    right = loads - border.momenta @ (modes.T @ loads)
+    return border.solve(rates, right.T).T
 
 
 def _resonant(sigma: float) -> ModelError:

@@ -13,6 +13,7 @@ import attrs
 import numpy as np
 from numpy.typing import NDArray
 
+from nanorom.errors import ModelError
 from nanorom.rom.manifold.equations import Equations
 from nanorom.rom.manifold.invariance import Expansion, carried
 from nanorom.rom.manifold.monomials import Index
@@ -27,6 +28,16 @@ class Driven:
 
     shape: Numbers
     dynamics: Numbers
+
+
+def check_levels(levels: tuple[float, float], patterns: tuple[Array, Array]) -> None:
+    """Raise ModelError for a level of the direct or the parametric drive whose pattern is zero."""
+    for name, level, pattern in zip(("direct", "parametric"), levels, patterns):
+        if level and not pattern.any():
+            raise ModelError(
+                f"{name}: found {level:g}; allowed: 0, for the pattern of this drive does no work "
+                "on the manifold's modes"
+            )
 
 
 def driven(

@@ -18,6 +18,7 @@ import attrs
 import numpy as np
 
 from nanorom.errors import ModelError
+from nanorom.rom.manifold.drive import check_levels
 from nanorom.rom.manifold.equations import Equations
 from nanorom.rom.manifold.invariance import Expansion
 from nanorom.rom.manifold.monomials import Monomials
@@ -38,7 +39,8 @@ class Oscillators:
 
     Where results have L modes, there are first the masters, in m; then their velocities by the
     first master's frequency, and products, all of which are states of first order.  Drives act on
-    the masters; `Reduced.response` has what they do to the slaves, too.
+    the masters; `Reduced.lifted` adds what slaves do, and `Reduced.response` what that does to the
+    masters.
 
     force (P, m): x'' by monomials of (x, x'); direct (m,), parametric (m, m): at level 1, scaled.
     """
@@ -73,8 +75,13 @@ class Oscillators:
         return len(self._names)
 
     def scaled(self, direct: float = 0.0, parametric: float = 0.0) -> ScaledSystem:
-        """The equations at given levels of the drives, non-dimensional."""
+        """The equations at given levels of the drives, non-dimensional.
+
+        Raises ModelError for a level of a drive that the manifold lacks.
+        """
         from nanorom.continuation.scaled import ScaledSystem
+
+        check_levels((direct, parametric), (self.direct, self.parametric))
 
         size, m = self.size, self.masters
         # forces by one, two and three coordinates
@@ -188,13 +195,19 @@ def oscillators(equations: Equations, expansion: Expansion) -> Oscillators:
     )
 
 
-def _substituted(monomials: Monomials, rates: Numbers) -> Numbers:
-    """Monomials of (z, conj z) by those of x = Re z and x' = Re(rate z), (P, P)."""
+def coordinates(rates: Numbers) -> Numbers:
+    """(2m, 2m): (z, conj z) by x = Re z and x' = Re(rate z), of rates (m,)."""
     half = len(rates)
     linear = np.zeros((2 * half, 2 * half), dtype=complex)
     for r, rate in enumerate(rates):
         linear[r, [r, half + r]] = np.array([-rate.conj(), 1.0]) / (1j * rate.imag)
         linear[half + r] = linear[r].conj()
+    return linear
+
+
+def _substituted(monomials: Monomials, rates: Numbers) -> Numbers:
+    """Monomials of (z, conj z) by those of x = Re z and x' = Re(rate z), (P, P)."""
+    linear = coordinates(rates)
     table = np.zeros((len(monomials), len(monomials)), dtype=complex)
     table[0, 0] = 1.0
     for row in range(1, len(monomials)):

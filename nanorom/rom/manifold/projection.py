@@ -17,14 +17,15 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from nanorom.errors import ModelError
-from nanorom.rom.manifold.basis import basis
 from nanorom.rom.manifold.direct import CHUNK, Fields, swapped
-from nanorom.rom.manifold.equations import Equations, displacement_unit
 from nanorom.rom.manifold.full import FullSystem
-from nanorom.rom.tensors import symmetrise
+from nanorom.rom.manifold.monomials import Monomials
 from nanorom.types import Array
 
-ALIKE = 1e-12  # of squared norms: directions of the fields below are round-off of others
+ALIKE = 1e-14  # of squared norms: directions of the fields below are round-off of others
+SEEN = 1e-6  # of the first master where its cubic force is its linear one: fields of less are left
+# out, which changes a frequency by the square of that
+SPARED = 1e-4  # the same, where there would be more than MOST
 REFINED, BESIDE = 3, 1e-4  # times, each by the shift's distance; of a frequency squared
 MOST = 90  # coordinates: half a gigabyte of tensors
 
@@ -44,25 +45,27 @@ class Projection:
 
 
 def project(
-    system: FullSystem, shapes: Array, squares: Array, found: Fields, others: Array | None = None
+    system: FullSystem,
+    shapes: Array,
+    squares: Array,
+    found: Fields,
+    others: Array | None = None,
 ) -> Projection:
-    """On masters (n, m) of unit mass and squared frequencies (m,), and their fields.
+    """On modes (n, N) of unit mass and squared frequencies (N,), masters first, and their fields.
 
-    others (k, n): further fields to be in the space, such as responses to a drive.  Raises
+    others (n, k): further fields to be in the space, such as responses to a drive.  Raises
     ModelError for more fields than tensors can be made of.
     """
     places = np.arange(len(found.monomials))
-    rows = found.slaves[places <= swapped(found.monomials)]
+    alone = places <= swapped(found.monomials)
+    reach = _unit(found, float(squares[0]))
+    weights = reach ** (found.monomials.powers[alone].sum(axis=1) - 1)
+    rows = (weights[:, None] * found.slaves[alone]).T
     if others is not None:
-        rows = np.concatenate([rows, others])
-    following, values = _following(system, shapes, rows)
+        norms = np.sqrt(np.einsum("nk,nk->k", others, system.stiffness @ others))
+        rows = np.column_stack([rows, others * (np.sqrt(squares[0]) / norms)])
+    following, values = _following(system, shapes, rows, float(squares[0]))
     vectors = np.concatenate([shapes, following], axis=1)
-    size = vectors.shape[1]
-    if size > MOST:
-        raise ModelError(
-            f"order: found one whose manifold spans {size} fields; allowed: up to {MOST}; lower "
-            "the order, or take fewer masters"
-        )
     return Projection(
         vectors,
         np.concatenate([squares, values]),
@@ -71,33 +74,15 @@ def project(
     )
 
 
-def in_units(found: Projection, quality: Array, scale: Array, time: float) -> Equations:
-    """Equations in units of their own: time in s, scale (r,): m per coordinate of unit mass.
-
-    quality (r,): quality factors of masters and fields.
-    """
-    first, size = float(np.sqrt(found.squares[0])), len(scale)
-    unit = 1 / scale
-    share = (scale[0] * unit) ** 2  # of the first one's mass
-    by = (scale[0] / first) ** 2
-    stiffness = np.diag(share * found.squares / first**2)
-    damping = np.diag(share * np.sqrt(found.squares) / (first * quality))
-    quadratic = by * found.quadratic * np.einsum("i,j,k->ijk", unit, unit, unit)
-    cubic = by * found.cubic * np.einsum("i,j,k,l->ijkl", unit, unit, unit, unit)
-    amplitude = displacement_unit(stiffness, quadratic, cubic, 0)
-    return Equations(
-        first / time,
-        amplitude,
-        basis(np.diag(share), damping, stiffness),
-        mass=np.diag(share),
-        damping=damping,
-        stiffness=stiffness,
-        quadratic=quadratic * amplitude,
-        cubic=symmetrise(cubic * amplitude**2),
-        cubic_damping=np.zeros((size,) * 4),
-        direct=np.zeros(size),
-        parametric=np.zeros((size, size)),
-    )
+def _unit(found: Fields, square: float) -> float:
+    """The first master at which its cubic force would be its linear one, by its backbone."""
+    monomials: Monomials = found.monomials
+    if monomials.order < 3:
+        return 1.0
+    powers = np.zeros(monomials.variables, dtype=int)
+    powers[0], powers[monomials.variables // 2] = 2, 1
+    shift = abs(float(found.dynamics[monomials.place(powers.tolist()), 0]))
+    return float(np.sqrt(3 / 8 * np.sqrt(square) / shift)) if shift > 0 else 1.0
 
 
 def near(system: FullSystem, start: Array, squares: Array) -> tuple[Array, Array]:
@@ -120,21 +105,32 @@ def near(system: FullSystem, start: Array, squares: Array) -> tuple[Array, Array
     return found * sign, squares
 
 
-def _following(system: FullSystem, shapes: Array, rows: Array) -> tuple[Array, Array]:
-    """Vectors (n, k) of unit mass that span fields (p, n) without the masters, as if they were
+def _following(
+    system: FullSystem, shapes: Array, fields: Array, square: float
+) -> tuple[Array, Array]:
+    """Vectors (n, k) of unit mass that span fields (n, p) without the modes, as if they were
     modes, and their squared frequencies (k,).
+
+    square : the elastic energy, twice, that fields are to be seen beside.
     """
-    fields = rows[rows.any(axis=1)].T
+    fields = fields[:, fields.any(axis=0)]
     for _ in range(2):  # round-off of the first time is removed by the second
         fields = fields - shapes @ ((system.mass @ shapes).T @ fields)
     if not fields.size:
         return np.zeros((len(shapes), 0)), np.zeros(0)
-    fields = fields / np.sqrt(np.einsum("nk,nk->k", fields, system.stiffness @ fields))
     norms, turned = eigh(fields.T @ (system.stiffness @ fields))
-    large = norms > ALIKE * norms.max()
+    large = np.flatnonzero(norms > max(ALIKE * norms.max(), SEEN**2 * square))
+    room = MOST - shapes.shape[1]
+    if len(large) > room:
+        if norms[-room - 1] > SPARED**2 * square:
+            raise ModelError(
+                f"order: found one whose manifold spans {len(large)} fields; allowed: up to {room} "
+                "beside the modes; lower the order, or take fewer masters"
+            )
+        large = large[-room:]
     fields = fields @ (turned[:, large] / np.sqrt(norms[large]))
     masses, turned = eigh(fields.T @ (system.mass @ fields), fields.T @ (system.stiffness @ fields))
-    if masses.min() <= 0:
+    if masses.min(initial=1.0) <= 0:
         raise ModelError("manifold: a field that follows the masters has no inertia")
     return (fields @ (turned / np.sqrt(masses)))[:, ::-1], 1 / masses[::-1]
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from math import comb
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -14,11 +14,15 @@ from numpy.typing import ArrayLike
 from nanorom.errors import ModelError
 from nanorom.rom.manifold.equations import Equations, equations_of
 from nanorom.rom.manifold.invariance import NEAR, STYLES, Expansion, expand
+from nanorom.rom.manifold.lifted import lifted
 from nanorom.rom.manifold.monomials import Index
 from nanorom.rom.manifold.orbit import Motion, errors, free, motion
 from nanorom.rom.manifold.oscillators import Oscillators, oscillators
 from nanorom.rom.manifold.response import ManifoldResponse, response
 from nanorom.types import Array, Numbers
+
+if TYPE_CHECKING:
+    from nanorom.continuation.orbits.orbit import PeriodicOrbit
 
 LOWEST_ORDER, HIGHEST_ORDER = 1, 21
 MOST_DOUBLES = 2e8  # of the matrices on a manifold, 1.6 GB
@@ -30,6 +34,7 @@ MARGIN = 1.25  # of the estimate: it is one
 HALVINGS = 9  # of the interval in which the range ends
 LEAST = 1e-9  # units of displacement: an amplitude of zero
 WITHOUT_GAIN = 4  # orders without a larger validity after which none is expected
+ORDER, MASTERS = "manifold_order", "manifold_masters"  # diagnostics of a model of fields
 WHOLE = 4  # parts of the first master's frequency that others may be multiples of
 
 
@@ -39,7 +44,7 @@ class Reduced:
 
     masters (m,): places of the masters among the modes, from 0; coordinates (m,): those that are
     largest in them; label: names of the modes; equations, expansion: in units of
-    equations.frequency and equations.amplitude, with damping.
+    equations.frequency and equations.amplitude, with damping; model: whose modes these are.
     """
 
     masters: Index
@@ -50,6 +55,7 @@ class Reduced:
     equations: Equations = attrs.field(repr=False)
     expansion: Expansion = attrs.field(repr=False)
     tolerance: float = TOLERANCE
+    model: Any = attrs.field(default=None, repr=False)
 
     @cached_property
     def undamped(self) -> Equations:
@@ -162,8 +168,39 @@ class Reduced:
         """The masters as oscillators, which `explore` and `sweep` take: x'' = P(x, x') with the
         manifold of style "graph". Raises ModelError for orders above 7.
         """
-        graph = expand(self.equations, self.masters, self.order, "graph")
-        return oscillators(self.equations, graph)
+        return oscillators(self.equations, self._graph)
+
+    @cached_property
+    def _graph(self) -> Expansion:
+        if self.style == "graph":
+            return self.expansion
+        return expand(self.equations, self.masters, self.order, "graph")
+
+    def lifted(
+        self,
+        orbit: PeriodicOrbit,
+        direct: float = 0.0,
+        parametric: float = 0.0,
+        instants: int = 256,
+    ) -> Array:
+        """q (n, L) in m of all modes at equal instants of a period of an orbit of `system`, which
+        levels of the drives make; from where the drive is largest.
+        """
+        size, unit = 2 * len(self.masters), self.equations.amplitude
+        q = orbit.time_series(instants)[1][:instants, :size] / unit
+        omega, multiple = orbit.omega / self.equations.frequency, orbit.period_multiple
+        levels = direct, parametric
+        return lifted(self.equations, self._graph, q, omega, multiple, levels) * unit
+
+    def deflection(self, q: ArrayLike) -> Array:
+        """w (..., P) in m at the points of the model's shapes, of q (..., L) in m of all modes.
+
+        Raises ModelError for a model without shapes.
+        """
+        shapes = getattr(self.model, "shapes", None)
+        if shapes is None:
+            raise ModelError("shapes: the model has none, so the motion cannot be rebuilt")
+        return np.asarray(np.asarray(q) @ shapes.values)
 
     def response(
         self,
@@ -240,29 +277,11 @@ def manifold(
     """
     if reach is not None:
         options: dict[str, Any] = {"direct": direct, "parametric": parametric}
-        return _reaching(model, masters, order, style, reach, options | {"tolerance": tolerance})
+        options["tolerance"] = tolerance
+        return reaching(lambda o: manifold(model, masters, o, style, **options), order, reach)
     check(order, style)
+    _check_fields(model, masters, order)
     equations, places, label = equations_of(model, masters, direct, parametric)
-    return of_equations(equations, places, label, order, style, tolerance)
-
-
-def check(order: int, style: str) -> None:
-    """Raise ModelError for an order or a style that no manifold has."""
-    if style not in STYLES:
-        raise ModelError(f"style: found {style!r}; allowed: {', '.join(STYLES)}")
-    if not LOWEST_ORDER <= order <= HIGHEST_ORDER:
-        raise ModelError(f"order: found {order}; allowed: {LOWEST_ORDER} to {HIGHEST_ORDER}")
-
-
-def of_equations(
-    equations: Equations,
-    places: Index,
-    label: tuple[str, ...],
-    order: int,
-    style: str,
-    tolerance: float,
-) -> Reduced:
-    """The manifold of the modes at places (m,) of equations whose modes have labels."""
     check_size(len(places), equations.size, order)
     shapes = equations.basis.shapes[:, places]
     return Reduced(
@@ -274,7 +293,16 @@ def of_equations(
         equations=equations,
         expansion=expand(equations, places, order, style),
         tolerance=tolerance,
+        model=model,
     )
+
+
+def check(order: int, style: str) -> None:
+    """Raise ModelError for an order or a style that no manifold has."""
+    if style not in STYLES:
+        raise ModelError(f"style: found {style!r}; allowed: {', '.join(STYLES)}")
+    if not LOWEST_ORDER <= order <= HIGHEST_ORDER:
+        raise ModelError(f"order: found {order}; allowed: {LOWEST_ORDER} to {HIGHEST_ORDER}")
 
 
 def check_size(masters: int, modes: int, order: int) -> None:
@@ -293,18 +321,14 @@ def check_size(masters: int, modes: int, order: int) -> None:
         )
 
 
-def _reaching(
-    model: Any,
-    masters: Sequence[int | str],
-    order: int,
-    style: str,
-    reach: float,
-    options: dict[str, Any],
-) -> Reduced:
-    """The manifold of the lowest order whose validity is an amplitude."""
+def reaching(made: Callable[[int], Reduced], order: int, reach: float) -> Reduced:
+    """The manifold of the lowest order, from one on, whose validity is an amplitude in m.
+
+    Raises ModelError where none is.
+    """
     best = 0.0, order
     for higher in range(order, HIGHEST_ORDER + 1, 2):
-        found = manifold(model, masters, higher, style, **options)
+        found = made(higher)
         if found.validity >= reach:
             return found
         best = max(best, (found.validity, higher))
@@ -314,6 +338,26 @@ def _reaching(
         f"reach: found {reach:g}; allowed: up to {best[0]:.4g}, by order {best[1]}; higher orders "
         "diverge before"
     )
+
+
+def _check_fields(model: Any, masters: Sequence[int | str], order: int) -> None:
+    """Raise ModelError for what the fields of a model do not know, which are of one manifold."""
+    told = getattr(model, "diagnostics", {})
+    if ORDER not in told:
+        return
+    if order > told[ORDER]:
+        raise ModelError(
+            f"order: found {order}; allowed: up to {told[ORDER]}, for which the fields of this "
+            "model were made; reduce the scene again"
+        )
+    known = str(told[MASTERS]).split()
+    for master in masters:
+        name = model.label[model._position(master)]
+        if name not in known:
+            raise ModelError(
+                f"masters: found {name}; allowed: {' | '.join(known)}, whose manifold the fields "
+                "of this model are of; take these of the scene"
+            )
 
 
 def combination(powers: Sequence[int], names: Sequence[str]) -> str:

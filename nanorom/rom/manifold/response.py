@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import attrs
 import numpy as np
 
 from nanorom.errors import ContinuationError, ModelError
+from nanorom.rom.manifold.drive import check_levels
 from nanorom.rom.manifold.frame import Frame
 from nanorom.rom.manifold.orbit import largest
 from nanorom.types import Array, Numbers
@@ -61,7 +62,7 @@ class ManifoldResponse:
     """Branches of driven motions on a manifold, one after the other.
 
     branch (n,): number of the branch; omega (n,) rad per unit of time; amplitude (n, L): max |q_r|;
-    stable (n,); special_points.
+    stable (n,); special_points; states (n, 2m): of the frame, in which the motions are at rest.
     """
 
     branch: Array
@@ -69,6 +70,14 @@ class ManifoldResponse:
     amplitude: Array = attrs.field(repr=False)
     stable: Array = attrs.field(repr=False)
     special_points: list[ManifoldPoint]
+    states: Array = attrs.field(repr=False)
+    _motion: Callable[[Array, float], Array] = attrs.field(repr=False)
+
+    def motion(self, place: int) -> Array:
+        """q (n, L) of a motion at equal instants of its period, in units of the model, from where
+        the drive is largest.
+        """
+        return self._motion(self.states[place], float(self.omega[place]))
 
     def points(self, kind: str) -> list[ManifoldPoint]:
         """The special points of a type, by frequency."""
@@ -109,12 +118,7 @@ def response(
     low, high = float(omega[0]), float(omega[1])
     if not (np.isfinite(high) and 0 < low < high):
         raise ModelError(f"omega: found {omega}; allowed: (low, high), rising and positive")
-    for name, level, pattern in (
-        ("direct", direct, reduced.equations.direct),
-        ("parametric", parametric, reduced.equations.parametric),
-    ):
-        if level and not pattern.any():
-            raise ModelError(f"{name}: found {level:g}; allowed: 0, the manifold has no such drive")
+    check_levels((direct, parametric), (reduced.equations.direct, reduced.equations.parametric))
     degree = min(degree, reduced.order - 1)
     unit = reduced.equations.frequency
     limits = low / unit, high / unit
@@ -296,4 +300,6 @@ def _result(
         special_points=[
             ManifoldPoint(kind, place.x[-1] * units[0], amplitude(place)) for kind, place in points
         ],
+        states=np.array([place.x[:-1] for place in places]),
+        motion=lambda y, omega: frame.motion(y, omega / units[0]) * units[1],
     )

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import attrs
 
+from nanorom.scene import fields as v
+from nanorom.scene.gate import MOST
 from nanorom.scene.patterns.pattern import (
     DirectPattern,
     Force,
@@ -17,6 +19,8 @@ from nanorom.scene.patterns.pattern import (
     VirtualWork,
 )
 
+NUMBER = v.integer("drive.gate", 1, MOST, about="which gate of [load] alternates, else 1")
+
 
 @attrs.frozen
 class GateForce(DirectPattern):
@@ -24,9 +28,10 @@ class GateForce(DirectPattern):
 
     name = "gate"
     unit = "V"
+    gate: int = attrs.field(default=1, metadata=NUMBER)
 
     def force(self, work: VirtualWork[Force, Operator]) -> Force:
-        return work.attraction()
+        return work.attraction(self.gate)
 
 
 @attrs.frozen
@@ -35,6 +40,7 @@ class GateStiffness(ParametricPattern):
 
     name = "gate"
     unit = "V"
+    gate: int = attrs.field(default=1, metadata=NUMBER)
 
     def stiffness(self, work: VirtualWork[Force, Operator], force: Force) -> Operator:
-        return work.softening()
+        return work.softening(self.gate)

@@ -25,7 +25,7 @@ Operator = TypeVar("Operator")
 
 NO_GATE = (
     "drive.voltage: the film has no gate, or its drive is not known here; allowed for a model that "
-    "was reduced with load.voltage (it may be 0) and load.gap"
+    "was reduced with load.voltage (it may be 0) and load.gap, or [[load.gate]]"
 )
 NO_MASS = "drive: the mass that a shaken frame drags along is not known here"
 
@@ -64,11 +64,11 @@ class VirtualWork(ABC, Generic[Force, Operator]):
     def proportional(self, force: Force) -> Operator:
         """Of a force on each mode that its amplitude multiplies: diag(force)."""
 
-    def attraction(self) -> Force:
-        """Of a gate at 1 V^2 of half its square: int eps0/(g - h)^2 phi dA."""
+    def attraction(self, gate: int = 1) -> Force:
+        """Of one of the gates at 1 V^2 of half its square: int eps0/(g - h)^2 phi dA."""
         raise Absent(NO_GATE)
 
-    def softening(self) -> Operator:
+    def softening(self, gate: int = 1) -> Operator:
         """Of the same, its change with the deflection: int 2 eps0/(g - h)^3 phi phi dA."""
         raise Absent(NO_GATE)
 

@@ -10,6 +10,7 @@ from tests.continuation.systems import duffing, from_monomials
 
 QUALITY = 180.0
 CURVE = 1e-9
+LEVELS = (0.95, 1.1)  # by that of the point
 
 
 def test_parametric_tongue_opens_at_two_over_quality() -> None:
@@ -54,6 +55,32 @@ def test_locus_meets_the_diagrams_of_other_levels(kind) -> None:
     factor = float(curve.level[index])
     other = explore(system, (1.9, 2.6), direct=0.004 * factor, parametric=0.016 * factor, depth=0)
     assert min(abs(p.omega - curve.omega[index]) for p in other.points(kind)) < CURVE
+
+
+def test_a_curve_without_turns_passes_levels_where_one_with_them_does() -> None:
+    """Newton's matrix is kept there while changes fall, and null vectors are corrected by it."""
+    system = from_monomials("p2")
+    fold = explore(system, (1.9, 2.5), direct=0.004, parametric=0.016, depth=0).points("LP")[0]
+    crossed = []
+    for turns in (True, False):
+        curve = locus(
+            system,
+            fold,
+            0.004,
+            0.016,
+            omega=(1.9, 2.6),
+            level=(0.7, 1.4),
+            parameter="both",
+            steps=12,
+            turns=turns,
+            codimension_two=False,
+            at=LEVELS,
+        )
+        found = [np.abs(curve.level - level) < CURVE for level in LEVELS]
+        crossed.append([np.sort(curve.omega[some]) for some in found])
+    assert sum(map(len, crossed[0])) > 0
+    for one, two in zip(*crossed):
+        assert np.abs(one - two).max(initial=0.0) < CURVE
 
 
 def three_modes(damping=1.0, stiffness=1.0, cubic=0.0) -> ModalSystem:

@@ -97,8 +97,8 @@ def test_curves_of_folds_find_isolas_without_multipliers(monkeypatch) -> None:
     system, omega = tuned_absorber(), (0.6, 2.5)
     diagrams = [explore(system, omega, 0.13)]
     monkeypatch.setattr(critical_curve, "orbit_at", None)
-    missing, complete = missing_folds(system, omega, diagrams)
-    assert complete and len(missing[0]) == 2
+    missing, left_out = missing_folds(system, omega, diagrams)
+    assert not left_out and len(missing[0]) == 2
     assert add_isolas(system, omega, diagrams, 1)[0].branches[1].ending == "closed"
 
 

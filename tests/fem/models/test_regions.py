@@ -182,7 +182,7 @@ def test_a_physical_surface_of_a_mesh_file_is_a_region(tmp_path):
     model = reduce_scene(drum(region, geometry=geometry, count=1))
     exact = UNIT * twofold.membrane(SHARE, 4.0, 1.0, 0, 0.3, 6.0)[0]
     assert model.frequency[0] == pytest.approx(exact, rel=TOLERANCE)
-    with pytest.raises(SceneError, match="region.surface: the mesh has no physical surface 'ped'"):
+    with pytest.raises(SceneError, match="number 1, but the mesh has no physical surface 'ped'"):
         reduce_scene(drum(SurfaceRegion(surface="ped", density=RHO), geometry=geometry, count=1))
     with pytest.raises(SceneError, match=r"region: found number 1, a disc of .* its edge along"):
         reduce_scene(drum(DiscRegion(radius=5e-6, density=RHO), geometry=geometry, count=1))

@@ -253,7 +253,7 @@ def test_wrinkles_are_the_shape_that_a_table_of_their_heights_is(tmp_path):
     axis = np.linspace(-1.01, 1.01, 61) * RADIUS
     x, y = (each.ravel() for each in np.meshgrid(axis, axis))
     file = tmp_path / "wrinkles.csv"
-    z = wrinkles.height(np.column_stack([x, y]))
+    z = wrinkles.values(np.column_stack([x, y]))
     np.savetxt(file, np.column_stack([x, y, z]), "%.15g", delimiter=",")
     by_hand = Accuracy(degree=5, mesh_size=RADIUS / 2)
     drawn, read, flat = (

@@ -53,3 +53,17 @@ def test_error_that_stays_for_some_meshes_and_then_falls_is_met():
 def test_modes_that_errors_mix_are_told_as_such():
     with pytest.warns(AccuracyWarning, match="an exact pair.* right to 3.0e-08"):
         solved(lambda aim: 1.0 + 3e-8, mixing=1.0)
+
+
+def test_modes_that_are_told_apart_are_taken_from_the_finest_mesh():
+    """A smaller tolerance, which no mesh meets, is no reason for a larger error."""
+    aims = []
+
+    def solve(aim):
+        aims.append(aim)
+        return Attempt(1e6 * aim, mixing=1e6 * aim)
+
+    with pytest.warns(AccuracyWarning, match="an exact pair"):
+        found = solved_to_tolerance(film("cccc", 1.0, tolerance=1e-9), solve, HOW)
+    assert aims == [1e-9, LEAST_AIM]
+    assert found.error == 1e6 * LEAST_AIM

@@ -26,8 +26,9 @@ def sweeps(system, hertz, levels, gain, unit="a.u.", depth=1, directions=("up", 
             curves = [c for branch in diagram.branches for c in _stable(branch, gain)]
             for direction in directions:
                 order = slice(None) if direction == "up" else slice(None, None, -1)
-                size = _followed(curves, omega[order])
-                found.append(Trace(rows[order], size, name, direction))
+                signal = _followed(curves, omega[order])
+                size, phase = np.abs(signal), np.angle(signal)
+                found.append(Trace(rows[order], size, name, direction, phase))
     return MeasuredResponse(tuple(found), unit)
 
 
@@ -43,6 +44,20 @@ def noisy(measured, noise, seed, floor=0.0):
     return MeasuredResponse(tuple(traces), measured.unit)
 
 
+def quadratures(measured, noise, seed, turn=0.0, sense=1.0):
+    """As a lock-in reads them: both with their own noise, relative to the amplitude, and phases
+    that the instrument turns by an angle in rad, or counts the other way.
+    """
+    random = np.random.default_rng(seed)
+    traces = []
+    for trace in measured.traces:
+        x, y = random.standard_normal((2, len(trace.amplitude)))
+        signal = trace.amplitude * np.exp(1j * (trace.phase + turn)) * (1 + noise * (x + 1j * y))
+        phase = sense * np.angle(signal)
+        traces.append(Trace(trace.frequency, abs(signal), trace.level, trace.direction, phase))
+    return MeasuredResponse(tuple(traces), measured.unit)
+
+
 def with_outliers(measured, share, seed, factor=3.0):
     """Some rows replaced by what a disturbed instrument might have read."""
     random = np.random.default_rng(seed)
@@ -51,7 +66,7 @@ def with_outliers(measured, share, seed, factor=3.0):
         size = trace.amplitude.copy()
         hit = random.random(len(size)) < share
         size[hit] *= factor * random.random(int(hit.sum()))
-        traces.append(Trace(trace.frequency, size, trace.level, trace.direction))
+        traces.append(Trace(trace.frequency, size, trace.level, trace.direction, trace.phase))
     return MeasuredResponse(tuple(traces), measured.unit)
 
 
@@ -90,7 +105,7 @@ def _anchor(nearest, stable, way, fine):
 
 
 def _followed(curves, omega):
-    size, current, last = np.empty(len(omega)), None, None
+    found, current, last = np.empty(len(omega), dtype=complex), None, None
     for row, at in enumerate(omega):
         if current is None or not current[0][0] <= at <= current[0][-1]:
             open_ones = [c for c in curves if c[0][0] <= at <= c[0][-1]]
@@ -99,5 +114,5 @@ def _followed(curves, omega):
             else:
                 current = min(open_ones, key=lambda c: abs(np.interp(at, *c) - last))
         last = np.interp(at, *current)
-        size[row] = abs(last)
-    return size
+        found[row] = last
+    return found

@@ -6,10 +6,10 @@ import pytest
 import scipy.sparse as sp
 
 import nanorom
+from nanorom.continuation import ModalSystem
 from nanorom.errors import ModelError
 from nanorom.rom.manifold.direct import fields
-from nanorom.rom.manifold.projection import in_units, near, project
-from nanorom.rom.manifold.reduced import of_equations
+from nanorom.rom.manifold.projection import near, project
 from tests.rom.manifold.systems import random_system
 
 ROUND_OFF = 1e-8  # relative
@@ -48,10 +48,13 @@ class Turned:
 
 
 def reduced(found, masters, order, quality=1e9):
-    size = len(found.squares)
-    equations = in_units(found, np.full(size, quality), np.ones(size), 1.0)
-    label = tuple(str(n) for n in range(size))
-    return of_equations(equations, np.arange(masters), label, order, "normal", 1e-4)
+    system = ModalSystem(
+        damping=np.diag(np.sqrt(found.squares) / quality),
+        stiffness=np.diag(found.squares),
+        quadratic=found.quadratic,
+        cubic=found.cubic,
+    )
+    return nanorom.manifold(system, list(range(1, masters + 1)), order)
 
 
 @pytest.mark.parametrize("masters", [1, 2])
@@ -105,3 +108,31 @@ def test_a_slave_in_resonance_is_told():
     whole = Turned.of(attrs.evolve(system, stiffness=np.diag(stiffness)), 1)
     with pytest.raises(ModelError, match="masters: another mode is in resonance"):
         fields(whole, whole.shapes[:, :1], stiffness[:1], 3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_slave_in_resonance_that_nothing_drives_stays_at_rest(seed):
+    system, order = random_system(seed, 5, quadratic=0.5), 5
+    stiffness = np.diag(system.stiffness).copy()
+    stiffness[2] = 9 * stiffness[0]
+    quadratic, cubic = np.array(system.quadratic), np.array(system.cubic)
+    for tensor in (quadratic, cubic):
+        for axis in range(tensor.ndim):
+            np.moveaxis(tensor, axis, 0)[2] = 0.0
+    system = attrs.evolve(system, stiffness=np.diag(stiffness), quadratic=quadratic, cubic=cubic)
+    whole = Turned.of(system, seed)
+    found = fields(whole, whole.shapes[:, :1], stiffness[:1], order)
+    small = reduced(project(whole, whole.shapes[:, :1], stiffness[:1], found), 1, order)
+    others = np.array([0, 1, 3, 4])
+    left = attrs.evolve(
+        system,
+        mass=np.eye(4),
+        **{
+            name: getattr(system, name)[np.ix_(*(others,) * getattr(system, name).ndim)]
+            for name in ("damping", "stiffness", "quadratic", "cubic", "cubic_damping", "direct")
+        },
+        parametric=system.parametric[np.ix_(others, others)],
+    )
+    x = np.array([0.02, 0.05])
+    known = nanorom.manifold(left, [1], order).backbone(x)[0]
+    assert small.backbone(x)[0] == pytest.approx(known, rel=ROUND_OFF)

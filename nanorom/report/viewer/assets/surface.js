@@ -102,8 +102,9 @@ export class Stage {
     // light is part of the colours: without a graphics card that is several times faster
     this.scene.add(new Mesh(this.geometry, new MeshBasicMaterial({ vertexColors: true, side: DoubleSide })));
     this.normals = new Float32Array(3 * film.count);
-    const rim = new BufferGeometry();
-    rim.setAttribute("position", new BufferAttribute(Float32Array.from(film.edges.flatMap((i) => film.place(i))), 3));
+    const rim = new BufferGeometry(); // of the film's own points: where an edge is free, it moves with them
+    rim.setAttribute("position", this.geometry.attributes.position);
+    rim.setIndex(film.edges);
     this.rim = new LineSegments(rim, new LineBasicMaterial());
     this.scene.add(this.rim);
     this.camera = new PerspectiveCamera(VIEW, 1, 0.1, 20);
