@@ -36,9 +36,13 @@ MESH_TOLERANCE = 1e-5  # of a mesh: an orbit is compared to 1e-4 at best
 
 @attrs.frozen(eq=False)
 class ShellFilm(WholeFilm):
-    """A shell; normal (dofs, n): deflections along the undeformed normals, of its unknowns."""
+    """A shell; normal (dofs, n): deflections along the undeformed normals, of its unknowns.
+
+    free (n,): which of the shell's degrees of freedom these are.
+    """
 
     shell: Shell
+    free: np.ndarray
     scales: Scales
     normal: sp.csr_matrix
 
@@ -86,11 +90,11 @@ class ShellWork(FilmWork):
         return self._at(cells, reference, weights)
 
     def inertia(self, acceleration: float = 1.0) -> Forces:
-        found = lifted(self.film.shell, self.film.discrete.system.free)
+        found = lifted(self.film.shell, self.film.free)
         return {ONLY: -acceleration * self.film.scales.mass * found}
 
     def stretch(self, tension: float = 1.0) -> Operators:
-        whole = tension * stiffened(self.film.shell, self.film.discrete.system.free)
+        whole = tension * stiffened(self.film.shell, self.film.free)
         return lambda parity: whole
 
 
@@ -147,6 +151,7 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> ShellFi
         copies=1,
         named=named,
         shell=shell,
+        free=system.free,
         scales=scales,
         normal=normal,
     )

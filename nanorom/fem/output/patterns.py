@@ -13,7 +13,7 @@ import numpy as np
 from nanorom.errors import SceneError
 from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import locate
-from nanorom.fem.models.plate import Plate
+from nanorom.fem.fields.surface import Surface
 from nanorom.fem.modes import gate as gates
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.output.model import ModalProducts
@@ -108,7 +108,7 @@ class PolynomialWork(ModalWork):
 
 
 def areal_rule(
-    pattern: Areal, plate: Plate, flip: np.ndarray, length: float
+    pattern: Areal, plate: Surface, flip: np.ndarray, length: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points that integrate against a pattern's density over own cells of one copy of the part.
 
@@ -139,7 +139,7 @@ def _mirrored(modes: Modes) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _parts(
-    plate: Plate, centre: np.ndarray, size: float, reach: float
+    plate: Surface, centre: np.ndarray, size: float, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Parts no larger than a size of own cells in reach: cell (m,) and corners there (m, 3, 2)."""
     cells = np.arange(quadrature.owned_cells(plate))
