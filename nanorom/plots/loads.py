@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -15,7 +17,9 @@ from nanorom.plots.style import (
     styled,
 )
 from nanorom.results.loadcurve import UNITS, LoadCurve
+from nanorom.types import Array
 
+SAME = 1e-4  # relative: no eye tells such curves apart
 MOST_NAMED = 6  # modes; more of them have no legend
 
 
@@ -39,12 +43,10 @@ def load_curve(curve: LoadCurve, path: str | Path | None = None) -> Figure:
     above.plot(x, np.where(curve.stable, y, np.nan), ".-", ms=3)
     where = "centre" if at_centre else "largest"
     above.set_ylabel(f"deflection, {where} ({deflection_unit})")
-    for name, values in zip(curve.names, curve.frequency.T):
-        below.plot(x, values * frequency, ".-", ms=3, label=name)
+    _draw_modes(below, x, curve.names, curve.frequency * frequency)
     below.set_ylabel(f"frequency ({frequency_unit})")
     if curve.cubic is not None:
-        for name, values in zip(curve.names, curve.cubic.T):
-            panels[2].plot(x, values, ".-", ms=3, label=name)
+        _draw_modes(panels[2], x, curve.names, curve.cubic)
         panels[2].axhline(0.0, color="0.6", lw=0.7)
         panels[2].set_ylabel("cubic coefficient (N/m$^3$)")
     panels[-1].set_xlabel(f"{curve.quantity} ({load_unit})")
@@ -61,3 +63,10 @@ def load_curve(curve: LoadCurve, path: str | Path | None = None) -> Figure:
     if path is not None:
         save(figure, path)
     return figure
+
+
+def _draw_modes(axes: Axes, x: Array, names: Sequence[str], values: Array) -> None:
+    """A curve for each mode, (loads, L); dashed over one that is the same, as of an exact pair."""
+    for place, (name, column) in enumerate(zip(names, values.T)):
+        same = (np.allclose(column, other, SAME, 0.0, equal_nan=True) for other in values.T[:place])
+        axes.plot(x, column, ".--" if any(same) else ".-", ms=3, label=name)

@@ -166,10 +166,8 @@ class LoadCurve:
         if self.tension is not None:
             columns.append(("tension", *tabulated(self.tension, "N/m")))
         if self.cubic is not None:
-            columns += [
-                (f"cubic {name}", [f"{value:.4g}" for value in column.tolist()], "N/m^3")
-                for name, column in zip(self.names, self.cubic.T)
-            ]
+            cubic, own = tabulated(self.cubic, "N/m^3", 4)
+            columns += [(f"cubic {name}", cubic[i::size], own) for i, name in enumerate(self.names)]
         rows = list(zip(*(values for _, values, _ in columns)))
         cells = [tuple(f"{name} ({own})" for name, _, own in columns), *rows]
         widths = [max(map(len, column)) for column in zip(*cells)]
