@@ -31,7 +31,6 @@ from nanorom.plots.style import (
     save,
     scaled,
     styled,
-    with_unit,
 )
 from nanorom.results.cut import cut_peaks
 from nanorom.results.response import Response
@@ -220,16 +219,6 @@ def colours(response: Response) -> Any:
     return viridis(np.linspace(0, BRIGHTEST, count) if count > 1 else [0.3])
 
 
-def _level_names(response: Response) -> list[str]:
-    """What tells the levels apart: the drives that are not zero throughout."""
-    units = response.drive.units
-    used = [any(level[i] for level in response.drive.levels) for i in (0, 1)]
-    return [
-        " + ".join(with_unit(level[i], units[i], 3) for i in (0, 1) if used[i])
-        for level in response.drive.levels
-    ]
-
-
 def legend(
     axes: Any,
     response: Response,
@@ -241,7 +230,7 @@ def legend(
     """One legend above the axes: levels, line styles, and the special points that occur."""
     handles = [
         Line2D([], [], color=colour, label=name)
-        for colour, name in zip(colours(response), names or _level_names(response))
+        for colour, name in zip(colours(response), names or response.drive.names)
     ]
     if any(not np.all(b.stable) for d in response.diagrams for b in d.branches):
         handles.append(Line2D([], [], color=NEUTRAL, label="stable"))

@@ -13,7 +13,7 @@ from nanorom.results import cut
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.patterns.pattern import Pattern
-from nanorom.scene.units import scaled, tabulated, with_unit
+from nanorom.scene.units import scaled, tabulated
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -125,13 +125,12 @@ def unexplored_rows(response: Response) -> list[tuple[str, ...]]:
 def level_facts(response: Response) -> list[tuple[str, str]]:
     """The drive levels and what was found at each."""
     levels = []
-    for n, (drive, diagram) in enumerate(zip(response.drive.levels, response.diagrams), 1):
-        direct, parametric = map(with_unit, drive, response.drive.units)
+    for n, (level, diagram) in enumerate(zip(response.drive.told, response.diagrams), 1):
         found = f"{counted(len(diagram.branches), 'branch', 'branches')}, "
         found += counted(len(diagram.special_points), "special point")
         if diagram.unexplored:
             found += f", {len(diagram.unexplored)} not explored"
-        levels.append((f"level {n}", f"{direct} direct, {parametric} parametric: {found}"))
+        levels.append((f"level {n}", f"{level}: {found}"))
     if cut_peaks := cut.told(response):
         levels.append(("still rising", f"where the range ends: {cut_peaks}"))
     levels += estimates.facts(response)

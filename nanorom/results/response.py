@@ -22,7 +22,6 @@ from nanorom.scene.drive import Drive
 from nanorom.scene.excitation import Excitation, Sweep
 from nanorom.scene.fields import parse_toml
 from nanorom.scene.instrument import Instrument
-from nanorom.scene.units import with_unit
 
 KEY = "key"  # attribute: what the levels were computed from, so that a run can go on
 EXCITATION = "excitation"  # attribute: drive and sweep, as TOML
@@ -63,14 +62,11 @@ class Response:
 
     def __repr__(self) -> str:
         lines = [f"Response of {len(self.label)} modes at {len(self.diagrams)} drive levels"]
-        for (direct, parametric), diagram in zip(self.drive.levels, self.diagrams):
+        for level, diagram in zip(self.drive.told, self.diagrams):
             kinds = [point.type for point in diagram.special_points]
             found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in sorted(set(kinds)))
-            lines.append(
-                f"direct {with_unit(direct, self.drive.units[0])}, "
-                f"parametric {with_unit(parametric, self.drive.units[1])}: "
-                f"{len(diagram.branches)} branches, {found or 'no special points'}"
-            )
+            branches = f"{len(diagram.branches)} branches"
+            lines.append(f"{level}: {branches}, {found or 'no special points'}")
         return "\n".join(lines + [f"{self.unfinished} to do"] * bool(self.unfinished))
 
     def _repr_html_(self) -> str:

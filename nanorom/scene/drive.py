@@ -13,6 +13,7 @@ from nanorom.scene.patterns import DIRECT, KEYS, PARAMETRIC
 from nanorom.scene.patterns.gate import GateForce, GateStiffness
 from nanorom.scene.patterns.laser import Laser
 from nanorom.scene.patterns.pattern import DirectPattern, ParametricPattern, Pattern
+from nanorom.scene.units import with_unit
 from nanorom.scene.waves import ALLOWED, Harmonic, as_harmonics, read_harmonics
 from nanorom.types import Array
 
@@ -259,6 +260,23 @@ class Drive:
     def units(self) -> tuple[str, str]:
         """Units of the direct and of the parametric levels."""
         return DIRECT[self.direct_pattern].unit, PARAMETRIC[self.parametric_pattern].unit
+
+    @property
+    def names(self) -> list[str]:
+        """What tells the levels apart: the voltage or the power, else what is not always zero."""
+        used = [self.source is None and any(column) for column in zip(*self.levels)]
+        if self.source is not None:
+            used[0] = True  # it is the amplitude of both
+        levels = [zip(level, self.units, used) for level in self.levels]
+        return [" + ".join(with_unit(x, u, 3) for x, u, ours in level if ours) for level in levels]
+
+    @property
+    def told(self) -> list[str]:
+        """The levels in words, "5 Pa direct, 0 N/m parametric" or "50 mV"."""
+        if self.source is not None:
+            return self.names
+        both = [map(with_unit, level, self.units) for level in self.levels]
+        return [f"{direct} direct, {parametric} parametric" for direct, parametric in both]
 
 
 def _about_keys() -> str:

@@ -116,3 +116,12 @@ def test_one_mode_may_be_selected_by_its_name(make_model):
     model = make_model(3)
     name = model.label[1]
     assert model.select(name).label == model.select([name]).label == (name,)
+
+
+def test_levels_are_told_by_what_drives():
+    voltage = Drive(voltage=["50 mV", "100 mV"])
+    assert voltage.names == voltage.told == ["50 mV", "100 mV"]
+    both = Drive(["5 Pa", "10 Pa"], "2 mN/m")
+    assert both.names == ["5 Pa + 2 mN/m", "10 Pa + 2 mN/m"]
+    assert both.told[0] == "5 Pa direct, 2 mN/m parametric"
+    assert Drive(["5 Pa", "10 Pa"]).names == ["5 Pa", "10 Pa"]

@@ -13,7 +13,6 @@ from nanorom.results.loadcurve import LoadCurve
 from nanorom.results.response import Response
 from nanorom.results.verified import Verified
 from nanorom.rom.model import ReducedModel
-from nanorom.scene.units import with_unit
 from nanorom.types import Array
 
 OF_MODEL = (("L",), ("P",))  # axes of its arrays that are shown: of modes and of points
@@ -73,13 +72,10 @@ def add_verified(pack: Pack, verified: Verified) -> None:
 
 def _level(response: Response, number: int) -> dict[str, object]:
     direct, parametric = response.drive.levels[number]
-    units = response.drive.units
-    used = [any(level[i] for level in response.drive.levels) for i in (0, 1)]
-    parts = [with_unit(x, u, 3) for x, u, shown in zip((direct, parametric), units, used) if shown]
     return {
         "direct": direct,
         "parametric": parametric,
-        "name": " + ".join(parts) or "no drive",
+        "name": response.drive.names[number],
         "branches": len(response.diagrams[number].branches),
     }
 
