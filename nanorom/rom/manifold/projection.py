@@ -23,11 +23,11 @@ from nanorom.rom.manifold.monomials import Monomials
 from nanorom.types import Array
 
 ALIKE = 1e-14  # of squared norms: directions of the fields below are round-off of others
-SEEN = 1e-6  # of the first master where its cubic force is its linear one: fields of less are left
+SEEN = 1e-5  # of the first master where its cubic force is its linear one: fields of less are left
 # out, which changes a frequency by the square of that
-SPARED = 1e-4  # the same, where there would be more than MOST
+SPARED = 1e-3  # the same, where there would be more than MOST
 REFINED, BESIDE = 3, 1e-4  # times, each by the shift's distance; of a frequency squared
-MOST = 90  # coordinates: half a gigabyte of tensors
+MOST = 60  # coordinates, whose tensors take half a minute: their time goes with the third power
 
 
 @attrs.frozen(eq=False)
@@ -57,10 +57,12 @@ def project(
     ModelError for more fields than tensors can be made of.
     """
     places = np.arange(len(found.monomials))
-    alone = places <= swapped(found.monomials)
-    reach = _unit(found, float(squares[0]))
-    weights = reach ** (found.monomials.powers[alone].sum(axis=1) - 1)
-    rows = (weights[:, None] * found.slaves[alone]).T
+    alone = (places <= swapped(found.monomials)) & found.slaves.any(axis=1)
+    rows, degrees = found.slaves[alone].T, found.monomials.powers[alone].sum(axis=1)
+    rows = rows * _unit(found, float(squares[0])) ** (degrees - 1)
+    # a slave in resonance would hide all else: no field counts for more than the first master
+    norms = np.sqrt(np.einsum("nk,nk->k", rows, system.stiffness @ rows) / squares[0])
+    rows = rows / np.maximum(norms, 1.0)
     if others is not None:
         norms = np.sqrt(np.einsum("nk,nk->k", others, system.stiffness @ others))
         rows = np.column_stack([rows, others * (np.sqrt(squares[0]) / norms)])

@@ -14,6 +14,7 @@ from tests.rom.manifold.systems import random_system
 
 ROUND_OFF = 1e-8  # relative
 SEEDS = (0, 1, 2)
+NEARLY = 3e-8  # relative
 MODES = 9  # more than a manifold of order 3 has fields
 
 
@@ -135,4 +136,18 @@ def test_a_slave_in_resonance_that_nothing_drives_stays_at_rest(seed):
     )
     x = np.array([0.02, 0.05])
     known = nanorom.manifold(left, [1], order).backbone(x)[0]
+    assert small.backbone(x)[0] == pytest.approx(known, rel=ROUND_OFF)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_slave_that_nearly_resonates_hides_no_other_field(seed):
+    system, order = random_system(seed, MODES, quadratic=0.5), 5
+    stiffness = np.diag(system.stiffness).copy()
+    stiffness[2] = 25 * (1 + NEARLY) * stiffness[0]
+    system = attrs.evolve(system, stiffness=np.diag(stiffness))
+    whole = Turned.of(system, seed)
+    shapes, squares = whole.shapes[:, :1], stiffness[:1]
+    small = reduced(project(whole, shapes, squares, fields(whole, shapes, squares, order)), 1, 3)
+    x = np.array([0.01, 0.02])
+    known = nanorom.manifold(system, [1], 3).backbone(x)[0]
     assert small.backbone(x)[0] == pytest.approx(known, rel=ROUND_OFF)
