@@ -15,7 +15,7 @@ CHOSEN = [
 ]
 NAMES = {  # by number of ranks
     2: "agreement or verification or table_1 or more_modes",
-    3: "agreement or verification",
+    3: "verification or agreement and (paper or static or columns or dealt or formed)",
 }
 LIMIT = 600  # seconds
 

@@ -18,28 +18,32 @@ nanorom.Sweep(start="0.8 f1", stop=None)
 """
 
 
-def errors(program: str, folder: Path) -> list[str]:
-    """What mypy finds wrong in a program of a user."""
-    (folder / "program.py").write_text(program, encoding="utf-8")
-    command = [sys.executable, "-m", "mypy", "--follow-imports=silent", folder / "program.py"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode in (0, 1), done.stderr
-    return [line for line in done.stdout.splitlines() if ": error:" in line]
+@pytest.fixture(scope="module")
+def errors(tmp_path_factory):
+    """What mypy finds wrong in README's first example, and in the wrong program.
 
-
-@pytest.fixture(autouse=True)
-def checker():
+    One run, with the options of the package's own, whose cache serves: others cost a minute.
+    """
     pytest.importorskip("mypy")
     if np.__version__ >= "2":
         pytest.skip("NumPy 2 describes its types otherwise")
-
-
-def test_the_first_example_of_the_readme_has_no_type_errors(tmp_path):
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     example = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
     assert "nanorom.reduce(" in example
-    assert errors(example, tmp_path) == []
+    folder = tmp_path_factory.mktemp("programs")
+    programs = {"example": example, "wrong": WRONG}
+    for name, program in programs.items():
+        (folder / f"{name}.py").write_text(program, encoding="utf-8")
+    command = [sys.executable, "-m", "mypy", *(folder / f"{name}.py" for name in programs)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 1), done.stderr
+    lines = [line for line in done.stdout.splitlines() if ": error:" in line]
+    return {name: [line for line in lines if f"{name}.py:" in line] for name in programs}
 
 
-def test_wrong_arguments_are_type_errors(tmp_path):
-    assert len(errors(WRONG, tmp_path)) == WRONG.count("\nnanorom.")
+def test_the_first_example_of_the_readme_has_no_type_errors(errors):
+    assert errors["example"] == []
+
+
+def test_wrong_arguments_are_type_errors(errors):
+    assert len(errors["wrong"]) == WRONG.count("\nnanorom.")
