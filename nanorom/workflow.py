@@ -187,12 +187,13 @@ def manifold(
     Of a ReducedModel or ModalSystem all other modes follow
     (`nanorom.rom.manifold.reduced.manifold` has the parameters and errors).  Of a Scene every
     degree of freedom of the film does, its in-plane inertia included, which needs DOLFINx
-    (`nanorom.verification.manifold.manifold`), or the one in a file of a scene.
+    (`nanorom.verification.manifold.manifold`).  A file may stand for the model or the scene in it.
     """
+    from nanorom.files import hdf5, stored
     from nanorom.rom.manifold import reduced
 
     if isinstance(model, (str, Path)):
-        model = Scene.of(model)
+        model = stored.given(ReducedModel, model) if hdf5.kind_of(model) else Scene.of(model)
     if not isinstance(model, Scene):
         return reduced.manifold(model, masters, order, style, **options)
     with finite_elements():

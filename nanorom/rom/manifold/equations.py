@@ -125,6 +125,11 @@ def equations_of(
     frequency.  Raises ModelError.
     """
     reduced = hasattr(model, "label")
+    if not reduced and not hasattr(model, "stiffness"):
+        raise ModelError(
+            f"manifold: found a {type(model).__name__}; allowed: a ReducedModel, a ModalSystem, a "
+            "Scene, or the file of a model or a scene"
+        )
     arrays = _of_model(model, direct, parametric) if reduced else _of_system(model)
     squares = np.linalg.eigvals(np.linalg.solve(arrays["mass"], arrays["stiffness"]))
     if np.any(squares.real <= 0):

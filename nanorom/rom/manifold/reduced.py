@@ -38,7 +38,7 @@ ORDER, MASTERS = "manifold_order", "manifold_masters"  # diagnostics of a model 
 WHOLE = 4  # parts of the first master's frequency that others may be multiples of
 
 
-@attrs.frozen(eq=False, slots=False)
+@attrs.frozen(eq=False, slots=False, repr=False)
 class Reduced:
     """The motion of a modal model on the manifold of some masters.
 
@@ -51,11 +51,16 @@ class Reduced:
     coordinates: Index
     order: int
     style: str
-    label: tuple[str, ...] = attrs.field(repr=False)
-    equations: Equations = attrs.field(repr=False)
-    expansion: Expansion = attrs.field(repr=False)
+    label: tuple[str, ...]
+    equations: Equations
+    expansion: Expansion
     tolerance: float = TOLERANCE
-    model: Any = attrs.field(default=None, repr=False)
+    model: Any = None
+
+    def __repr__(self) -> str:
+        masters = ", ".join(self.label[place] for place in self.coordinates)
+        slaves = len(self.label) - len(self.coordinates)
+        return f"Manifold of {masters}, order {self.order}, style {self.style}, {slaves} slaves"
 
     @cached_property
     def undamped(self) -> Equations:
