@@ -16,6 +16,7 @@ from nanorom.exact import cases
 from nanorom.exact.cases import BUCKLING, Case, Film
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Accuracy
+from nanorom.scene.units import to_si
 from nanorom.workflow import reduce
 
 TOLERANCE = 1e-6
@@ -165,11 +166,11 @@ def buckled(fraction: float) -> Trial:
     try:
         reduce(case.scene)
     except NanoromError as failure:
-        told = re.search(r"critical.*?(-\d[\d.]*(?:e[+-]?\d+)?) N/m", str(failure))
+        told = re.search(r"critical.*?(-\d[\d.]* \S*N/m)", str(failure))
         verdict = f"wrong: no critical tension in: {failure}"
         if told is not None:
             critical = -BUCKLING * Film().tension_unit
-            error = abs(float(told.group(1)) / critical - 1)
+            error = abs(to_si(told.group(1), "N/m", "tension") / critical - 1)
             verdict = f"refused: {failure}" if error < BUCKLING_ERROR else f"wrong: {failure}"
     return Trial("compression/buckling", f"{fraction:g}", 0, nan, error, nan, nan, nan, verdict)
 

@@ -32,6 +32,7 @@ from nanorom.scene.film import Tension
 from nanorom.scene.geometry import String
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Edge
+from nanorom.scene.units import with_unit
 
 RATIOS = (1e-3, 2e-2, 0.4)  # D/(T L^2) of the modes that span Ritz' basis
 DEPENDENT = 1e-12  # of the largest square: shapes of the basis that add nothing to the others
@@ -58,9 +59,8 @@ class Spectrum:
         if scene.tension.variation is not None:
             raise SceneError("tension.variation: found; allowed in a scene to identify: none")
         if scene.tension.xy:
-            raise SceneError(
-                f"tension.xy: found {scene.tension.xy:g} N/m; allowed in a scene to identify: 0"
-            )
+            shear = with_unit(scene.tension.xy, "N/m", 6)
+            raise SceneError(f"tension.xy: found {shear}; allowed in a scene to identify: 0")
         self.scene = scene
         self.scales = scales = Scales.of(scene)
         tension = max(scene.tension.x, scene.tension.y, 1e-300)

@@ -24,6 +24,7 @@ from scipy.interpolate import CubicSpline
 from nanorom.continuation.orbits.bifurcations import FOLD
 from nanorom.errors import ModelError
 from nanorom.rom.model import ReducedModel
+from nanorom.scene.units import with_unit
 from nanorom.types import Array
 
 REFERENCE = 1e-3  # W: 0 dBm
@@ -67,8 +68,8 @@ def force_of_fold(model: ReducedModel, mode: int | str, frequency: ArrayLike) ->
     if (detuning >= 0).any() or (discriminant < 0).any():
         onset = alone.frequency[0] * np.sqrt(1 + np.sqrt(3) * c / np.sqrt(m * k))
         raise ModelError(
-            f"frequency: mode {mode!r} at {alone.frequency[0]:.6g} Hz folds only from about "
-            f"{onset:.6g} Hz on"
+            f"frequency: mode {mode!r} at {with_unit(alone.frequency[0], 'Hz', 6)} folds only from "
+            f"about {with_unit(onset, 'Hz', 6)} on"
         )
     square = (-3 * b * detuning + np.sqrt(discriminant)) / (2 * (27 / 16) * b**2)
     return np.asarray(np.sqrt(square * ((detuning + 0.75 * b * square) ** 2 + (c * omega) ** 2)))

@@ -12,6 +12,7 @@ from nanorom.errors import ModelError
 from nanorom.files import schema
 from nanorom.files.layout import documented, shown
 from nanorom.rom.arrays import as_array, as_integers
+from nanorom.scene.units import place_with_unit
 from nanorom.types import Array
 
 OUTSIDE = 1e-9  # of a triangle: a point further out is not in it
@@ -63,5 +64,5 @@ class Shapes:
         weights = np.stack([1 - second - third, second, third], axis=1)
         cell = int(weights.min(axis=1).argmax())
         if weights[cell].min() < -OUTSIDE:
-            raise ModelError(f"position: ({place[0]:g}, {place[1]:g}) m is not on the film")
+            raise ModelError(f"position: {place_with_unit(place)} is not on the film")
         return np.asarray(self.values[:, self.cells[cell]] @ weights[cell])

@@ -155,8 +155,8 @@ class Drive:
         self._check_keys()
         if self.laser is not None and max(self.laser) > self.power:
             raise SceneError(
-                f"drive.laser: found {max(self.laser):g} W; allowed: at most drive.power, "
-                f"{self.power:g} W, as light has no negative power"
+                f"drive.laser: found {with_unit(max(self.laser), 'W', 6)}; allowed: at most "
+                f"drive.power, {with_unit(self.power, 'W', 6)}, as light has no negative power"
             )
         self._check_harmonics()
         n_direct, n_parametric = len(self.direct), len(self.parametric)

@@ -19,6 +19,7 @@ from nanorom.scene import fields as v
 from nanorom.scene import units
 from nanorom.scene.drive import Drive
 from nanorom.scene.instrument import Instrument
+from nanorom.scene.units import with_unit
 
 DEEPEST = 5
 
@@ -166,8 +167,8 @@ class Sweep:
         start, stop = self.start.hertz(lowest), self.stop.hertz(lowest)
         if start >= stop:
             raise SceneError(
-                f"sweep.to: found {self.stop} = {stop:g} Hz; "
-                f"allowed: above sweep.from ({self.start} = {start:g} Hz)"
+                f"sweep.to: found {self.stop} = {with_unit(stop, 'Hz', 6)}; "
+                f"allowed: above sweep.from ({self.start} = {with_unit(start, 'Hz', 6)})"
             )
         return start, stop
 

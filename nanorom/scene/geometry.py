@@ -13,6 +13,7 @@ import attrs
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
+from nanorom.scene.units import with_unit
 
 
 @attrs.frozen(field_transformer=v.readers)
@@ -62,8 +63,8 @@ class String(Rectangle):
     def __attrs_post_init__(self) -> None:
         if self.width > self.length:
             raise SceneError(
-                f"geometry.width: found {self.width:g} m; allowed: at most the length "
-                f"({self.length:g} m) of a string"
+                f"geometry.width: found {with_unit(self.width, 'm', 6)}; allowed: at most the "
+                f"length ({with_unit(self.length, 'm', 6)}) of a string"
             )
 
 

@@ -10,6 +10,7 @@ import attrs
 from nanorom.errors import SceneError
 from nanorom.scene import elasticity, units
 from nanorom.scene import fields as v
+from nanorom.scene.units import with_unit
 
 if TYPE_CHECKING:
     from nanorom.scene.film import Plate
@@ -162,7 +163,10 @@ class Material:
         key = "material.cubic"
         a, b, c = (v.read_quantity(each, "Pa", key, v.POSITIVE) for each in (c11, c12, c44))
         if not b < a:
-            raise SceneError(f"{key}: found c12 = {b:g} Pa; allowed: less than c11, {a:g} Pa")
+            raise SceneError(
+                f"{key}: found c12 = {with_unit(b, 'Pa', 6)}; allowed: less than c11, "
+                f"{with_unit(a, 'Pa', 6)}"
+            )
         known = elasticity.of_cubic(a, b, c)
         return {
             "youngs_modulus": known.first,

@@ -12,6 +12,7 @@ from nanorom.errors import SceneError
 from nanorom.scene import fields as v
 from nanorom.scene import units
 from nanorom.scene.region import DrawnRegion, Region
+from nanorom.scene.units import with_unit
 from nanorom.types import Array
 
 ON_CIRCLE = 256  # points that stand for a circle where regions are compared
@@ -90,8 +91,8 @@ class RingRegion(DiscRegion):
     def __attrs_post_init__(self) -> None:
         if not self.inner_radius < self.radius:
             raise SceneError(
-                f"region.inner_radius: found {self.inner_radius:g} m; allowed: less than "
-                f"region.radius, {self.radius:g} m"
+                f"region.inner_radius: found {with_unit(self.inner_radius, 'm', 6)}; allowed: less "
+                f"than region.radius, {with_unit(self.radius, 'm', 6)}"
             )
 
     def depth(self, points: Array) -> Array:

@@ -15,6 +15,7 @@ from nanorom.scene.layers import Layer, Stack
 from nanorom.scene.material import Material
 from nanorom.scene.outlines import REGIONS
 from nanorom.scene.region import Region
+from nanorom.scene.units import with_unit
 
 SIDES = ("top", "bottom")
 FOLLOWS = tuple(field.name for field in attrs.fields(Region))
@@ -114,8 +115,8 @@ def _etched(layers: tuple[Layer, ...], depth: float) -> list[Layer]:
     whole = sum(layer.thickness for layer in layers)
     if not depth < whole:
         raise SceneError(
-            f"region.etched: found {depth:g} m; allowed: less than the film's thickness, "
-            f"{whole:g} m"
+            f"region.etched: found {with_unit(depth, 'm', 6)}; allowed: less than the film's "
+            f"thickness, {with_unit(whole, 'm', 6)}"
         )
     left = list(layers)
     while depth >= left[-1].thickness:

@@ -11,6 +11,7 @@ import numpy as np
 from nanorom.errors import SceneError
 from nanorom.scene.geometry import Geometry, MeshFile
 from nanorom.scene.region import DrawnRegion, Region, overlap
+from nanorom.scene.units import place_with_unit, with_unit
 from nanorom.types import Array
 
 if TYPE_CHECKING:
@@ -72,11 +73,12 @@ def _check_one(scene: Scene, region: Region, number: int) -> None:
     if scene.plate.bends is False:
         x, y, xy = region.pull(scene.tension, scene.plate.thickness)
         if not (x + y > 0 and x * y > xy**2):
+            found = ", ".join(with_unit(pull, "N/m", 6) for pull in (x, y, xy))
             raise SceneError(
-                f"region.tension: found {x:g}, {y:g} and {xy:g} N/m; allowed: greater than 0 in "
-                f"every direction for a {scene.plate.model}"
+                f"region.tension: found {found}; allowed: greater than 0 in every "
+                f"direction for a {scene.plate.model}"
             )
-    _check_place(geometry, region, f"region: found number {number}")
+    _check_outline(geometry, region, f"region: found number {number}")
 
 
 def check_gates(scene: Scene) -> None:
@@ -95,19 +97,28 @@ def check_gates(scene: Scene) -> None:
                 f"load.gate.patch: found surface on a {geometry.shape}; allowed: of a mesh file, "
                 "else a shape"
             )
-        _check_place(geometry, gate.patch, f"load.gate: found number {number}")
+        _check_outline(geometry, gate.patch, f"load.gate: found number {number}")
 
 
-def _check_place(geometry: Geometry, region: Region, found: str) -> None:
+def check_place(
+    geometry: Geometry, key: str, place: tuple[float, float], radius: float = 0.0
+) -> None:
+    """Raise SceneError for a disc (m) that leaves the film, where no mesh is needed to know."""
+    if isinstance(geometry, MeshFile) or geometry.holds(place, radius):
+        return
+    found = place_with_unit(place) + (f" with radius {with_unit(radius, 'm', 6)}" if radius else "")
+    raise SceneError(f"{key}: found {found}; allowed: on the {geometry.shape}")
+
+
+def _check_outline(geometry: Geometry, region: Region, found: str) -> None:
     """Raise SceneError for an outline that leaves the film, where that is known without a mesh."""
     if isinstance(geometry, MeshFile) or not isinstance(region, DrawnRegion):
         return
     off = [tuple(p) for p in region.outline() if not geometry.holds(_drawn_in(p))]
     if off:
-        x, y = off[0]
         raise SceneError(
-            f"{found}, a {region.shape} that reaches ({x:.6g}, {y:.6g}) m; allowed: within the "
-            f"{geometry.shape}"
+            f"{found}, a {region.shape} that reaches {place_with_unit(off[0])}; allowed: within "
+            f"the {geometry.shape}"
         )
 
 

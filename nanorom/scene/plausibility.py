@@ -9,12 +9,19 @@ from __future__ import annotations
 import numpy as np
 
 from nanorom.errors import SceneError
+from nanorom.scene.gate import KEY as GATE
 from nanorom.scene.geometry import Disc, Rectangle, String
 from nanorom.scene.patterns import PARAMETRIC
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
+from nanorom.scene.wrinkles import KEY as SHAPE
+from nanorom.scene.wrinkles import Wrinkles
 
 THICKEST = 0.5  # of the film's width: beyond it nothing is left of a film
 THICK = 0.1  # from here on transverse shear, which films lack, is no small correction
+FARTHEST = 1.0  # gap by width: two plates farther apart are none to each other
+FINEST = 1e-4  # of the film's length: smaller cells are too many for any machine
+STEEPEST = 0.5  # of wrinkles: slope of films that are taken for shallow
 DEEPEST = 0.5  # deflection by half width: slopes near 1, strains of tens of per cent
 STRAINED = 0.01  # of the tension: few materials bear more
 FREQUENCIES = 1.0, 100e9  # Hz
@@ -38,30 +45,67 @@ def span_of(scene: Scene) -> Span | None:
 
 def check(scene: Scene, span: Span) -> None:
     """Raise SceneError for a film that cannot be one, or a load that would burst it."""
+    _check_lengths(scene, span)
     across = span[1] if isinstance(scene.geometry, String) else span[0]
     thickness = scene.plate.thickness
     scale = ", geometry.scale" if scene.geometry.shape == "mesh" else ""
     thin = scene.plate.rules.thin
     if thin and thickness > THICKEST * across:
         raise SceneError(
-            f"plate.thickness: found {thickness:g} m on a film of {across:g} m; allowed: less than "
+            f"plate.thickness: found {with_unit(thickness, 'm', 6)} on a film of "
+            f"{with_unit(across, 'm', 6)}; allowed: less than "
             f"{THICKEST:g} of that, and a tenth is thick; check the units of both{scale}"
         )
     load = scene.load
     if not scene.plate.rules.shallow or load is None:
         return
     stretch, half = scene.material.youngs_modulus * thickness, across / 2
-    loads = {"pressure": (load.pressure, half**2), "force": (load.force, 1.0)}
-    for key, (value, area) in loads.items():
+    loads = {"pressure": (load.pressure, half**2, "Pa"), "force": (load.force, 1.0, "N")}
+    for key, (value, area, unit) in loads.items():
         depth = _depth(scene, abs(value or 0.0) * area, half)
         if depth > DEEPEST * half:
             most = (DEEPEST * half / depth) ** 3 * abs(value or 0.0)
             raise SceneError(
-                f"load.{key}: found {value:g} {'Pa' if key == 'pressure' else 'N'}, which would "
-                f"deflect a film of E h = {stretch:.3g} N/m by about {depth / half:.1g} of its "
-                f"half width: it bursts, and the model ends far below; allowed: up to about "
-                f"{most:.1g}; check the units"
+                f"load.{key}: found {with_unit(value or 0.0, unit, 6)}, which would deflect a film "
+                f"of E h = {with_unit(stretch, 'N/m', 3)} by about {depth / half:.1g} of its half "
+                "width: it bursts, and the model ends far below; allowed: up to about "
+                f"{with_unit(most, unit, 1)}; check the units"
             )
+
+
+def _check_lengths(scene: Scene, span: Span) -> None:
+    """Raise SceneError for a length beside the film that its width or thickness rules out."""
+    across = span[1] if isinstance(scene.geometry, String) else span[0]
+    thickness, shape = scene.plate.thickness, scene.plate.initial_shape
+    width = f"the film's width, {with_unit(across, 'm', 6)}"
+    apart = FARTHEST * across, f"{width}, as plates farther apart are none"
+    limits = [
+        ("load.gap" if scene.load and scene.load.gates is None else f"{GATE}.gap", gate.gap, *apart)
+        for gate in (scene.load.electrodes if scene.load else ())
+    ]
+    if scene.gas is not None and scene.gas.gap is not None:
+        limits.append(("gas.gap", scene.gas.gap, *apart))
+    for number, region in enumerate(scene.regions, 1):
+        thick = thickness if region.thickness is None else region.thickness
+        both = f"{with_unit(thickness + thick, 'm', 6)}, with which it would lie beside the film"
+        limits.append((f"region {number}: thickness", thick, THICKEST * across, f"half of {width}"))
+        limits.append((f"region {number}: offset", region.offset, thickness + thick, both))
+    if isinstance(shape, Wrinkles) and scene.plate.rules.shallow:
+        steepest = STEEPEST * shape.correlation
+        why = f"{with_unit(steepest, 'm', 3)}, where slopes are no longer small"
+        limits.append((f"{SHAPE}.amplitude", shape.amplitude, steepest, why))
+    for key, length, most, why in limits:
+        if abs(length) > most:
+            raise SceneError(
+                f"{key}: found {with_unit(length, 'm', 6)}; allowed: less than {why}; check the "
+                "units"
+            )
+    size = scene.accuracy.mesh_size
+    if size is not None and size < FINEST * span[1]:
+        raise SceneError(
+            f"accuracy.mesh_size: found {with_unit(size, 'm', 6)}; allowed: {FINEST:g} of the "
+            f"film's length, {with_unit(span[1], 'm', 6)}, or more; check the units"
+        )
 
 
 def _depth(scene: Scene, force: float, half: float) -> float:
@@ -80,15 +124,15 @@ def notes(scene: Scene, span: Span) -> list[str]:
     found = []
     if scene.plate.rules.thin and thickness > THICK * across:
         found.append(
-            f"plate.thickness: {thickness:g} m is {thickness / across:.2g} of the film's width; "
-            "transverse shear, which is left out, matters from a tenth on"
+            f"plate.thickness: {with_unit(thickness, 'm', 6)} is {thickness / across:.2g} of the "
+            "film's width; transverse shear, which is left out, matters from a tenth on"
         )
     strain = scene.tension.largest * (1 - material.poisson_ratio)
     strain /= material.youngs_modulus * thickness
     if strain > STRAINED:
         found.append(f"tension: strains the film by {strain:.2g}, more than {STRAINED:g}")
     if along > LONGEST:
-        found.append(f"geometry: the film is {along:g} m long; were other units meant?")
+        found.append(f"geometry: the film is {with_unit(along, 'm')} long; were other units meant?")
     if not DENSITIES[0] <= material.density <= DENSITIES[1]:
         found.append(
             f"material.density: {material.density:g} kg/m^3 is none of a solid; 1 g/cm^3 is 1000"
@@ -96,15 +140,17 @@ def notes(scene: Scene, span: Span) -> list[str]:
     frequency = _frequency(scene, across)
     if not FREQUENCIES[0] <= frequency <= FREQUENCIES[1]:
         found.append(
-            f"frequencies: the lowest will be of the order of {frequency:.1g} Hz, outside "
-            f"{FREQUENCIES[0]:g} Hz to {FREQUENCIES[1] / 1e9:g} GHz; were other units meant?"
+            f"frequencies: the lowest will be of the order of {with_unit(frequency, 'Hz', 1)}, "
+            f"outside {' to '.join(with_unit(f, 'Hz') for f in FREQUENCIES)}; were other units "
+            "meant?"
         )
     found += _excited(scene, frequency)
     critical = _buckles(scene)
     if critical is not None:
         found.append(
-            f"tension: found {scene.tension.x:g} and {scene.tension.y:g} N/m; the flat film "
-            f"buckles under any compression beyond {critical:.3g} N/m, however it is held"
+            f"tension: found {with_unit(scene.tension.x, 'N/m', 6)} and "
+            f"{with_unit(scene.tension.y, 'N/m', 6)}; the flat film buckles under any "
+            f"compression beyond {with_unit(critical, 'N/m', 3)}, however it is held"
         )
     return found
 
@@ -117,9 +163,10 @@ def _excited(scene: Scene, frequency: float) -> list[str]:
         level = max(drive.parametric)
         if 0 < largest < level and scene.load is None:
             found.append(
-                f"drive.parametric: modulates the tension by {level:g} N/m, more than the "
-                f"{largest:g} N/m that there is: the film is slack in part of every period, and a "
-                "response may end at one of its budgets; was mN/m meant?"
+                f"drive.parametric: modulates the tension by {with_unit(level, 'N/m', 6)}, more "
+                f"than the {with_unit(largest, 'N/m', 6)} that there is: the film is slack in "
+                "part of every period, and a response may end at one of its budgets; was mN/m "
+                "meant?"
             )
     for key, end in () if sweep is None else (("from", sweep.start), ("to", sweep.stop)):
         ratio = end.hertz(frequency) / frequency

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
-from nanorom.scene.geometry import MeshFile
-from nanorom.scene.parted import check_gates, check_regions
+from nanorom.scene.parted import check_gates, check_place, check_regions
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
+from nanorom.scene.units import with_unit
 from nanorom.scene.wrinkles import Unevenness
 
 if TYPE_CHECKING:
@@ -23,16 +23,18 @@ def check_film(scene: Scene) -> None:
     if all(deflection_of(kind) == "free" for kind in kinds):
         _check_free(scene, all(kind == "free" for kind in kinds))
     if rules.bends is False and not tension.smallest > 0:
-        found = f"x = {tension.x:g}, y = {tension.y:g}"
-        if tension.xy:
-            found += f", xy = {tension.xy:g}"
+        pulls = {"x": tension.x, "y": tension.y} | ({"xy": tension.xy} if tension.xy else {})
+        found = ", ".join(f"{key} = {with_unit(pull, 'N/m', 6)}" for key, pull in pulls.items())
         raise SceneError(
-            f"tension: found {found} N/m; allowed: greater than 0 in every direction for a {model}"
+            f"tension: found {found}; allowed: greater than 0 in every direction for a {model}"
         )
     _check_material(scene)
     _check_masses(scene)
     check_regions(scene)
     check_gates(scene)
+    load = scene.load
+    if load is not None and load.force is not None:
+        check_place(scene.geometry, "load.position", load.position, load.radius)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
@@ -45,12 +47,13 @@ def check_film(scene: Scene) -> None:
     if isinstance(tension.variation, Unevenness) and rules.bends is False:
         if not tension.variation.amplitude < tension.smallest:
             raise SceneError(
-                f"tension.variation.amplitude: found {tension.variation.amplitude:g} N/m; allowed: "
-                f"less than the tension, {tension.smallest:g} N/m, for a {model}"
+                "tension.variation.amplitude: found "
+                f"{with_unit(tension.variation.amplitude, 'N/m', 6)}; allowed: less than "
+                f"the tension, {with_unit(tension.smallest, 'N/m', 6)}, for a {model}"
             )
     if not rules.planar and tension.xy:
         raise SceneError(
-            f"tension.xy: found {tension.xy:g} N/m beside plate.model = {model}; "
+            f"tension.xy: found {with_unit(tension.xy, 'N/m', 6)} beside plate.model = {model}; "
             "allowed: 0, or plate.model = plate"
         )
     if not rules.planar and any(isinstance(kind, Edge) for kind in kinds):
@@ -74,12 +77,7 @@ def check_source(scene: Scene) -> None:
     """Raise SceneError for a drive that the film does not feel, a readout that does not see it."""
     drive, load, readout = scene.drive, scene.load, scene.readout
     if readout is not None and readout.position is not None:
-        geometry = scene.geometry
-        if not isinstance(geometry, MeshFile) and not geometry.holds(readout.position):
-            x, y = readout.position
-            raise SceneError(
-                f"readout.position: found ({x:g}, {y:g}) m; allowed: on the {geometry.shape}"
-            )
+        check_place(scene.geometry, "readout.position", readout.position)
     if drive is None:
         return
     if drive.voltage is not None:
@@ -93,6 +91,8 @@ def check_source(scene: Scene) -> None:
             raise SceneError(
                 f"drive.gate: found {drive.electrode}; allowed: 1 to {len(gates)}, a gate of [load]"
             )
+    if drive.position is not None:
+        check_place(scene.geometry, "drive.position", drive.position)
     if drive.laser is None:
         return
     if not scene.material.thermal:
@@ -103,12 +103,6 @@ def check_source(scene: Scene) -> None:
     if not (scene.plate.rules.planar and scene.plate.rules.shallow):
         raise SceneError(
             f"drive.laser: found beside plate.model = {scene.plate.model}; allowed: plate, membrane"
-        )
-    geometry = scene.geometry
-    if not isinstance(geometry, MeshFile) and not geometry.holds(drive.position):
-        x, y = drive.position
-        raise SceneError(
-            f"drive.position: found ({x:g}, {y:g}) m; allowed: on the {geometry.shape}"
         )
 
 
@@ -136,7 +130,7 @@ def _check_material(scene: Scene) -> None:
 
 def _check_masses(scene: Scene) -> None:
     """Masses that are not on the film, or on one that does not bear them."""
-    model, rules, geometry = scene.plate.model, scene.plate.rules, scene.geometry
+    model, rules = scene.plate.model, scene.plate.rules
     for mass in scene.masses:
         if not (rules.planar and rules.shallow):
             raise SceneError(f"mass: found beside plate.model = {model}; allowed: plate, membrane")
@@ -145,12 +139,7 @@ def _check_masses(scene: Scene) -> None:
                 f"mass.radius: found 0 beside plate.model = {model}, which does not bear a point "
                 "mass; allowed: greater than 0, or plate.model = plate"
             )
-        if not isinstance(geometry, MeshFile) and not geometry.holds(mass.position, mass.radius):
-            x, y = mass.position
-            raise SceneError(
-                f"mass.position: found ({x:g}, {y:g}) m with radius {mass.radius:g} m; allowed: on "
-                f"the {geometry.shape}"
-            )
+        check_place(scene.geometry, "mass.position", mass.position, mass.radius)
 
 
 def _check_free(scene: Scene, in_plane: bool) -> None:

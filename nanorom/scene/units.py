@@ -170,15 +170,17 @@ def _factor(name: str, key: str) -> tuple[Decimal, dict[str, float]]:
 def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
     """Factor and prefixed unit in which the largest of the values is 1 ... 1000.
 
-    A ratio, of unit "1", stays what it is.
+    A ratio, of unit "1", stays what it is; the prefix of an area is squared with its metre.
     """
     if unit in ("", "1"):
         return 1.0, ""
     if unit == "kg":  # whose prefixes are those of g
         factor, name = scaled(1e3 * np.asarray(values, dtype=float), "g")
         return 1e3 * factor, name
-    power = int(np.clip(_thousands(values), min(PREFIXES), max(PREFIXES)))
-    return 10.0**-power, PREFIXES[power] + unit
+    times = 2 if unit == "m^2" else 1
+    sizes = np.abs(np.asarray(values, dtype=float)) ** (1 / times)
+    power = int(np.clip(_thousands(sizes), min(PREFIXES), max(PREFIXES)))
+    return 10.0 ** (-times * power), PREFIXES[power] + unit
 
 
 def _thousands(values: ArrayLike) -> int:
@@ -216,6 +218,18 @@ def _positional(value: float, digits: int, trim: Literal["k", "-"]) -> str:
 
 
 def with_unit(value: float, unit: str, digits: int = 4, trim: Literal["k", "-"] = "-") -> str:
-    """A value with prefixed unit, "21.15 MHz"; trim "k" keeps trailing zeros."""
+    """A value with prefixed unit, "21.15 MHz"; trim "k" keeps trailing zeros.
+
+    What no prefix brings near 1 is written "1e-30 m".
+    """
     factor, name = scaled(value, unit)
+    if value and name and not 1e-3 <= abs(value * factor) < 1e6:
+        return f"{value:.{digits}g} {unit}"
     return f"{_positional(value * factor, digits, trim)} {name}".rstrip()
+
+
+def place_with_unit(place: ArrayLike, digits: int = 6) -> str:
+    """A place, of coordinates in m, with prefixed unit: "(2.5, -1) µm"."""
+    factor, name = scaled(place, "m")
+    at = ", ".join(_positional(float(x) * factor, digits, "-") for x in np.asarray(place))
+    return f"({at}) {name}"

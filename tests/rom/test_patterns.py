@@ -90,7 +90,7 @@ def test_forces_of_another_aim_come_with_a_warning(model):
 
 
 def test_reduction_refuses_a_point_beside_the_film(model):
-    with pytest.raises(SceneError, match="not on the film"):
+    with pytest.raises(SceneError, match=r"drive.position: found \(3, 0\) µm; allowed: on"):
         reduced_with(model, Drive(1.0, direct_pattern="point", position=[3e-6, 0]))
 
 

@@ -170,7 +170,7 @@ def test_bad_scene_gives_one_line_that_names_the_key(drum_toml, old, new, begins
 def test_a_membrane_needs_tension_in_both_directions(drum_toml):
     membrane = drum_toml.replace('"10 nm"', '"10 nm"\nmodel = "membrane"')
     assert Scene.from_toml(membrane).plate.model == "membrane"
-    with pytest.raises(SceneError, match=r"^tension: found x = 0.321, y = 0 N/m"):
+    with pytest.raises(SceneError, match=r"^tension: found x = 321 mN/m, y = 0 N/m"):
         Scene.from_toml(membrane.replace('"0.257 N/m"', "0"))
 
 

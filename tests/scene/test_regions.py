@@ -57,7 +57,7 @@ BAD = {
     "crosses": (CROSS, "on one another"),
     "nothing left": (
         PLAIN.replace('thickness = "50 nm"', 'etched = "100 nm"'),
-        "region.etched: found 1e-07 m; allowed: less than the film's thickness",
+        "region.etched: found 100 nm; allowed: less than the film's thickness",
     ),
     "negative thickness": (PLAIN.replace("50 nm", "-5 nm"), "region.thickness: found '-5 nm'"),
     "said twice": (
@@ -71,7 +71,7 @@ BAD = {
     "side of a layer": (PAD + 'side = "left"\n', "region.layer.side: found 'left'; allowed: top"),
     "sides that meet": (BOW_TIE, "region.points: found sides that meet"),
     "two corners": (BOW_TIE.replace(", [1e-6, 0], [0, 1e-6]", ""), "a list of 3 to 200 corners"),
-    "inner circle outside": (RING.replace("2.9", "6"), "region.inner_radius: found 6e-06 m"),
+    "inner circle outside": (RING.replace("2.9", "6"), "region.inner_radius: found 6 µm"),
     "no mesh file": (
         '[[region]]\nshape = "surface"\nsurface = "pad"\ndensity = 1\n',
         "region.surface: found on a",
@@ -100,7 +100,7 @@ def test_regions_may_touch():
 
 def test_a_slack_membrane_is_refused_where_its_region_is():
     text = FILM.replace('"plate"', '"membrane"') + PLAIN + 'tension = "-1 N/m"\n'
-    with pytest.raises(SceneError, match="region.tension: found -1, -1 and 0 N/m"):
+    with pytest.raises(SceneError, match="region.tension: found -1 N/m, -1 N/m, 0 N/m"):
         Scene.from_toml(text)
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nanorom.errors import SceneError
-from nanorom.scene.units import tabulated, to_si, with_unit
+from nanorom.scene.units import place_with_unit, tabulated, to_si, with_unit
 
 
 @pytest.mark.parametrize(
@@ -125,6 +125,9 @@ def test_tables_say_their_values_in_units_that_are_read_back(unit):
 def test_masses_are_in_grams_and_what_is_no_number_is_a_dash():
     assert tabulated([9.42242e-17, 8.84e-17], "kg", 3) == (["94.2", "88.4"], "fg")
     assert with_unit(1e-3, "kg") == "1 g"
+    assert with_unit(2e-12, "m^2") == "2 µm^2"  # the prefix is squared with the metre
+    assert with_unit(1e-30, "m") == "1e-30 m"
+    assert place_with_unit((2.5e-6, -1e-6)) == "(2.5, -1) µm"
     assert tabulated([np.nan, 0.0, 2e-9, np.inf], "m", 3) == (["-", "0", "2.00", "-"], "nm")
     assert tabulated([180.0], "1") == (["180"], "1")
     assert tabulated([1.697e15, 2e16], "N/m^3", 4) == (["1.697", "20.00"], "1e15 N/m^3")

@@ -27,6 +27,7 @@ from nanorom.scene.geometry import MeshFile
 from nanorom.scene.region import Section
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Kind, PlaneSpring, Spring, deflection_of, in_plane_of
+from nanorom.scene.units import with_unit
 from nanorom.scene.wrinkles import TENSION_KEY
 
 STRAIGHT = 1e-12  # of squares of the film's size: points nearer to a line lie on it
@@ -116,8 +117,8 @@ def parted(plate: Plate, scene: Scene, scales: Scales) -> Plate:
         number = steps.index(max(steps))
         step = scene.regions[number].offset
         warnings.warn(
-            f"region {number + 1}: its neutral plane lies {step:.3g} m above the film's; that "
-            "step, which couples bending with stretching, is left out",
+            f"region {number + 1}: its neutral plane lies {with_unit(step, 'm', 3)} above the "
+            "film's; that step, which couples bending with stretching, is left out",
             AccuracyWarning,
             stacklevel=2,
         )

@@ -14,6 +14,7 @@ from nanorom.fem.models.shell import Shell, ShellStiffness, is_flat
 from nanorom.fem.scales import Scales
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
 
 
 def build_surface(comm: MPI.Comm, scene: Scene, scales: Scales, chosen: Discretisation) -> Domain:
@@ -43,9 +44,10 @@ def build_shell(scene: Scene, scales: Scales, domain: Domain, degree: int) -> Sh
     tension = np.array([scene.tension.x, scene.tension.y, 0.0]) + change
     if not is_flat(domain):
         if scene.tension.x != scene.tension.y:
+            x, y = (with_unit(pull, "N/m", 6) for pull in (scene.tension.x, scene.tension.y))
             raise SceneError(
-                f"tension: found x = {scene.tension.x:g}, y = {scene.tension.y:g} N/m for a curved "
-                "surface; allowed: value, the same in every direction"
+                f"tension: found x = {x}, y = {y} for a curved surface; allowed: value, the same "
+                "in every direction"
             )
         tension[2] = tension[0]
     along_x, along_y, along_z = tension / scales.tension

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nanorom.errors import AccuracyWarning
+from nanorom.scene.units import with_unit
 
 ANSWER = 1 / 3  # share of the static answer that moves at twice the frequency
 OWN = 10 / 9  # of alpha^2/k
@@ -53,8 +54,9 @@ def check(names: Sequence[str], change: np.ndarray, frequency: np.ndarray, own: 
     if change[0] <= TOLD:
         return
     warnings.warn(
-        f"{names[0]} at {frequency[0]:.4g} Hz moves the film at twice its frequency too; what lies "
-        f"outside the modes answers near {own[0]:.4g} Hz and does not follow at once, which "
+        f"{names[0]} at {with_unit(frequency[0], 'Hz')} moves the film at twice its frequency "
+        f"too; what lies outside the modes answers near {with_unit(own[0], 'Hz')} and does not "
+        "follow at once, which "
         f"changes its effective cubic coefficient by about {change[0]:.0%}; take the modes there "
         "too, or "
         '[modes] count = "auto"',

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Callable, Mapping
 
 from nanorom.errors import AccuracyWarning, SlowPlaneError
+from nanorom.scene.units import with_unit
 
 NEAR = 2.0  # times the fastest product of two modes: in-plane resonances below that are told of
 
@@ -29,18 +30,18 @@ def check(
     fastest = 2 * highest
     if in_plane > NEAR * fastest:
         return
-    told = f"in-plane resonances begin at {in_plane:.3g} Hz or below, "
+    told = f"in-plane resonances begin at {with_unit(in_plane, 'Hz', 3)} or below, "
     remedy = "make the film wider" if slender() else "lower the tension"
     if in_plane <= highest:
         raise SlowPlaneError(
-            f"{told}that is below the highest mode's {highest:.3g} Hz: the film's plane does not "
-            f"follow such modes statically; ask for fewer of them or {remedy}",
+            f"{told}that is below the highest mode's {with_unit(highest, 'Hz', 3)}: the film's "
+            f"plane does not follow such modes statically; ask for fewer of them or {remedy}",
             classes,
         )
     warnings.warn(
-        f"{told}and products of the modes move at up to {fastest:.3g} Hz: in-plane inertia, which "
-        f"is neglected, changes coefficients by {(fastest / in_plane) ** 2:.0%} there; ask for "
-        "fewer modes",
+        f"{told}and products of the modes move at up to {with_unit(fastest, 'Hz', 3)}: in-plane "
+        f"inertia, which is neglected, changes coefficients by "
+        f"{(fastest / in_plane) ** 2:.0%} there; ask for fewer modes",
         AccuracyWarning,
         stacklevel=2,
     )

@@ -11,6 +11,7 @@ import numpy as np
 from nanorom.errors import SolverError
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.solvers import compat
+from nanorom.scene.units import with_unit
 
 SEEN = 5.0  # layers between nodes up to which the estimate from the decay is right to a factor of 2
 MOST = 1e-3  # relative effect of an unseen layer on frequencies that is refused, unless stated
@@ -40,10 +41,13 @@ def unseen(plate: Plate, width: float, length: float, tolerance: float | None) -
         return 0.0
     effect = float(width * edge / (2 * area))
     if effect > max(MOST, tolerance or 0.0):
+        layer, apart, highest = (
+            with_unit(each * length, "m", 3) for each in (width, widest, plate.degree * width)
+        )
         raise SolverError(
-            f"the mesh does not resolve the edge layer sqrt(D/T) = {width * length:.3g} m: its "
-            f"nodes at the clamped edge are {widest * length:.3g} m apart, and frequencies would "
-            f"be wrong by up to {effect:.1e}; make the cells there at most "
-            f"{plate.degree * width * length:.3g} m high, or leave the mesh to the program"
+            f"the mesh does not resolve the edge layer sqrt(D/T) = {layer}: its nodes at the "
+            f"clamped edge are {apart} apart, and frequencies would be wrong by up to "
+            f"{effect:.1e}; make the cells there at most {highest} high, or leave the mesh to "
+            "the program"
         )
     return effect

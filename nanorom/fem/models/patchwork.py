@@ -18,6 +18,7 @@ from nanorom.fem.solvers import compat
 from nanorom.scene import elasticity
 from nanorom.scene.outlines import SurfaceRegion
 from nanorom.scene.region import DrawnRegion, Region, Section
+from nanorom.scene.units import with_unit
 
 FOLLOWS = 1e-6  # relative error of a region's area in a mesh that follows its edges
 
@@ -108,9 +109,9 @@ def located(
         whole = area if region.area is None else region.area
         if area == 0 or abs(area / whole - 1) > FOLLOWS:
             raise SceneError(
-                f"{name}, a {region.shape} of {whole:.6g} m^2, of which the "
-                f"mesh has {area:.6g} m^2; allowed: on the film, its edge along those of cells: in "
-                'a mesh file name it as a physical surface, shape = "surface"'
+                f"{name}, a {region.shape} of {with_unit(whole, 'm^2', 6)}, of which the "
+                f"mesh has {with_unit(area, 'm^2', 6)}; allowed: on the film, its edge along "
+                'those of cells: in a mesh file name it as a physical surface, shape = "surface"'
             )
     return which
 

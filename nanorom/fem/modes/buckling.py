@@ -16,6 +16,7 @@ from nanorom.fem.models.operators import ClassStiffness, free_deflections
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.models.state import State
 from nanorom.fem.solvers import algebra
+from nanorom.scene.units import with_unit
 
 TOLERANCE = 1e-10  # of the eigenvalue
 NOT_FOUND = "its critical tension was not found"
@@ -45,9 +46,11 @@ def told(plate: Plate, unit: float, deflected: bool) -> str:
         )
     factor = critical_factor(plate)
     x, y = (factor * unit * pull for pull in tension)
-    values = f"{x:.8g} N/m" if x == y else f"{x:.8g} N/m along x and {y:.8g} N/m along y"
+    values = with_unit(x, "N/m", 8)
+    if x != y:
+        values += f" along x and {with_unit(y, 'N/m', 8)} along y"
     if shear:
-        values += f" with a shear of {factor * unit * shear:.8g} N/m"
+        values += f" with a shear of {with_unit(factor * unit * shear, 'N/m', 8)}"
     return (
         f"the flat state is not stable: the film buckles at {factor:.6g} of the stated tension; "
         f"the critical tension is {values}: raise the tension above it, or give the film a small "

@@ -39,6 +39,7 @@ from nanorom.rom.patterns import reduced
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
 
 THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
 REFINEMENT = Refinement(most=5, finer=0.3, told="estimated error")
@@ -281,7 +282,8 @@ class PlateRoute(Route):
         if cells is None:
             data = discretisation.meshed(chosen)
             cells, sides = len(data.cells), data.sides * plan.scales.length
-            where = f"{chosen.source.name}, {sides[0]:.3g} m by {sides[1]:.3g} m: "
+            box = " by ".join(with_unit(side, "m", 3) for side in sides[:2])
+            where = f"{chosen.source.name}, {box}: "
         dofs = discretisation.dofs_of(cells, chosen.degree)
         per_column = SECONDS_PER_CASE
         if self.method(scene) == "direct":

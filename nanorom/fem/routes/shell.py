@@ -44,6 +44,7 @@ from nanorom.rom.patterns import DrawnWork, reduced
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
 
 SHELL_DEGREE = 6  # unless the scene states one: higher ones take long to compile
 REFINEMENT = Refinement(3, 0.5, "the estimated error of the frequencies is")
@@ -110,7 +111,7 @@ class ShellRoute(Route):
         if cells is None:
             data = discretisation.meshed(chosen, self.in_space)
             cells, sides = len(data.cells), data.sides * plan.scales.length
-            box = " by ".join(f"{side:.3g} m" for side in sides)
+            box = " by ".join(with_unit(side, "m", 3) for side in sides)
             where = f"{chosen.source.name}, {box}: "
         cells *= chosen.mirrors.copies
         return f"{where}{cells} cells of degree {scene.accuracy.degree or SHELL_DEGREE} or more"

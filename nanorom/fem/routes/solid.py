@@ -37,6 +37,7 @@ from nanorom.files.partial import Journal
 from nanorom.rom.patterns import reduced
 from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
 
 REFINEMENT = Refinement(4, 0.5, "the estimated error is")
 COARSER = 8.0  # in aim: cells at edges, on which the error depends, are three times as long
@@ -96,7 +97,7 @@ class SolidRoute(Route):
         cells, where = chosen.source.cells, ""
         if cells is None:
             data = chosen.source.mesh(1)
-            box = " by ".join(f"{side:.3g} m" for side in data.sides * plan.scales.length)
+            box = " by ".join(with_unit(side, "m", 3) for side in data.sides * plan.scales.length)
             cells, where = len(data.cells), f"{chosen.source.name}, {box}: "
         unknowns = build_solid.unknowns_of(cells, chosen.degree)
         first = "" if scene.accuracy.tolerance is None else " at first"

@@ -13,6 +13,7 @@ from nanorom.fem.models.solid import HIGHEST_DEGREE, LOWEST_DEGREE
 from nanorom.fem.scales import Scales
 from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
 
 INCOMPRESSIBLE = 0.49  # Poisson's ratio beyond which displacements alone lock
 
@@ -70,8 +71,8 @@ def check_numbers(scene: Scene) -> None:
         pull = getattr(scene.tension, name)
         if pull and axis not in along:
             raise SceneError(
-                f"tension.{name}: found {pull:g} N/m across a free face of a solid, which does not "
-                "bear it; allowed: 0"
+                f"tension.{name}: found {with_unit(pull, 'N/m', 6)} across a free face of a "
+                "solid, which does not bear it; allowed: 0"
             )
     if isinstance(scene.geometry, MeshFile) and not isinstance(scene.support.edge, Mapping):
         raise SceneError(

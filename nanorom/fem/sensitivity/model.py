@@ -29,6 +29,7 @@ from nanorom.rom.patterns import reduced
 from nanorom.scene.geometry import Disc
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Edge
+from nanorom.scene.units import with_unit
 from nanorom.types import Progress
 
 STRETCHING, MASS, LENGTH = "stretching", "mass", "length"  # E h, rho h, L
@@ -109,7 +110,8 @@ def check(scene: Scene) -> None:
     if scene.tension.variation is not None:
         raise SceneError("tension.variation: found; allowed with derivatives: none")
     if scene.tension.xy:
-        raise SceneError(f"tension.xy: found {scene.tension.xy:g} N/m; allowed with derivatives: 0")
+        shear = with_unit(scene.tension.xy, "N/m", 6)
+        raise SceneError(f"tension.xy: found {shear}; allowed with derivatives: 0")
 
 
 def model_slopes(

@@ -21,6 +21,7 @@ from nanorom.fem.statics import buckled, loads, path
 from nanorom.fem.statics.problem import StaticProblem
 from nanorom.scene.load import VACUUM_PERMITTIVITY, Load
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import place_with_unit, with_unit
 
 BEFORE_LIMIT = 0.9  # of the load that steps reached: where the path to the limit point begins
 MOST_TO_LIMIT = 60  # steps: load steps end within a few of a limit point
@@ -166,10 +167,10 @@ def load_on(film: Film, load: Load, units: Units) -> loads.Load | None:
         try:
             parts.append(loads.patch(film, centre, radius, load.force / units.force))
         except SolverError:
-            x, y = load.position
             raise SceneError(
-                f"load.position: found ({x:g}, {y:g}) m; allowed: a point of the film, whose disc "
-                f"of load.radius = {load.radius:g} m lies on the film too"
+                f"load.position: found {place_with_unit(load.position)}; allowed: a point of the "
+                f"film, whose disc of load.radius = {with_unit(load.radius, 'm', 6)} lies on the "
+                "film too"
             ) from None
     if load.moment is not None:
         parts.append(loads.moment(film, load.moment / units.force))

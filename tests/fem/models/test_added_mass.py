@@ -201,11 +201,11 @@ BAD = [
     ({"value": "1 nm"}, r"^mass\.value: found '1 nm', of another dimension"),
     (
         {"value": 1e-18, "position": (6e-6, 0), "radius": 1e-7},
-        r"^mass\.position: found \(6e-06, 0\) m",
+        r"^mass\.position: found \(6, 0\) µm",
     ),
     (
         {"value": 1e-18, "position": (4.5e-6, 0), "radius": 1e-6},
-        r"^mass\.position: .* with radius 1e-06 m; allowed: on the disc",
+        r"^mass\.position: .* with radius 1 µm; allowed: on the disc",
     ),
     ({"value": 1e-18}, r"^mass\.radius: found 0 beside plate\.model = membrane"),
 ]

@@ -14,6 +14,7 @@ from nanorom.scene.load import Load
 from nanorom.scene.material import Material
 from nanorom.scene.scene import Accuracy, Modes, Scene
 from nanorom.scene.support import Support
+from nanorom.scene.units import to_si
 from tests.fem.ritz import relaxed
 
 H = 1e-4
@@ -109,5 +110,6 @@ def test_a_change_of_stress_is_part_of_what_buckles_a_film():
     scene = film(Disc(1.0), "clamped", (10, 10), 0.3, load=Load(stress=stress))
     with pytest.raises(SolverError, match="the film buckles at 0.734") as error:
         reduce_scene(scene)
-    critical = float(str(error.value).split("tension is ")[1].split()[0])
+    told = str(error.value).split("tension is ")[1].split(":")[0]
+    critical = to_si(told, "N/m", "tension")
     assert critical == pytest.approx(-CRITICAL * rigidity(0.3), rel=1e-6)

@@ -101,7 +101,7 @@ def test_scene_with_a_random_tension_is_read_as_it_was_written():
         ("value = 0.1\nvariation = { amplitude = 0.01 }", "tension.variation.correlation: missing"),
         (
             "value = 0.1\nvariation = { amplitude = 0.2, correlation = 1e-6 }",
-            "tension.variation.amplitude: found 0.2 N/m; allowed: less than the tension, 0.1 N/m",
+            "tension.variation.amplitude: found 200 mN/m; allowed: less than the tension, 100 mN/m",
         ),
     ],
 )

@@ -191,10 +191,10 @@ def test_heat_pushes_a_film_that_a_gate_has_bent():
 BAD = [
     (
         {"laser": {"power": "0.5 mW"}},
-        r"^drive\.laser: found 0\.001 W; allowed: at most drive\.power",
+        r"^drive\.laser: found 1 mW; allowed: at most drive\.power",
     ),
     ({"laser": {"absorption": 0.0}}, r"^drive\.absorption: found 0\.0; allowed: greater than 0"),
-    ({"laser": {"position": ("3 um", 0)}}, r"^drive\.position: found \(3e-06, 0\) m; allowed: on"),
+    ({"laser": {"position": ("3 um", 0)}}, r"^drive\.position: found \(3, 0\) µm; allowed: on"),
     ({"laser": {"radius": None}}, r"^drive\.radius: missing with"),
     (
         {"material": Material(youngs_modulus=E, poisson_ratio=NU, density=DENSITY)},

@@ -97,7 +97,7 @@ def test_modes_near_the_in_plane_resonances_are_warned_of_and_beyond_them_refuse
     near, beyond = NEAR_AND_BEYOND[model]
     with pytest.warns(AccuracyWarning, match=r"in-plane .* coefficients by \d\d+% there; ask"):
         reduce(near)
-    with pytest.raises(SolverError, match=r"in-plane resonances begin at \S+ Hz .* fewer of them"):
+    with pytest.raises(SolverError, match=r"in-plane resonances begin at \S+ .Hz .* fewer of"):
         reduce(beyond)
 
 
@@ -133,7 +133,7 @@ def test_lateral_bending_of_a_string_is_that_of_a_beam_under_its_tension(tension
 
 def test_modes_among_lateral_bending_are_refused():
     """What would help is told: tension makes lateral bending faster, and so does width."""
-    told = r"in-plane resonances begin at 3.16e\+05 Hz.* fewer of them or make the film wider"
+    told = r"in-plane resonances begin at 316 kHz.* fewer of them or make the film wider"
     with pytest.raises(SolverError, match=told):
         reduce(silicon_nitride(Modes(count=4)))
     found = reduce(silicon_nitride(Modes(count=1))).diagnostics["in_plane_frequency"]
