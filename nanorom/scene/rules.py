@@ -189,7 +189,9 @@ def _check_frame(scene: Scene) -> None:
     if bent or scene.plate.initial_shape is not None:
         what = "a load that deflects" if bent else "plate.initial_shape"
         raise SceneError(f"support.impedance: found beside {what}; allowed: films that are flat")
-    turning = [k for k in map(deflection_of, scene.supports.values()) if k not in ("clamped", "free")]
+    turning = [
+        k for k in map(deflection_of, scene.supports.values()) if k not in ("clamped", "free")
+    ]
     corners = rules.planar and not isinstance(scene.geometry, Disc)
     if turning and corners and rules.bends is not False:
         raise SceneError(

@@ -24,7 +24,9 @@ SPECTRAL = 1e-11  # of both spectral solutions
 TABLE_1 = 1e-12  # digits to which the membrane's coefficients are known
 SKIPPED = 1e-6  # of skips, at the tolerance of their scenes
 QUICK_ERROR = 1e-5  # of the quick benchmark's drum at tolerance 1e-6
-UNCOUNTED = 1e-3  # pages that Linux has not yet added to a process' peak, which it counts in batches
+UNCOUNTED = (
+    1e-3  # pages that Linux has not yet added to a process' peak, which it counts in batches
+)
 
 
 def test_spectral_drum_is_the_reference():
