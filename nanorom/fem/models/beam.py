@@ -60,7 +60,8 @@ class BeamModes:
 
     frequency: (L,) Hz; mass: (L,); stiffness: (L, L), bending: (L, L) its part of that; square:
     (L,) int phi^2 dx; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx; reaction: (L, 2)
-    transverse force of both ends; functions: of the basis; error: estimated relative errors of frequencies and of the cubic tensor.
+    transverse force of both ends; functions: of the basis; error: estimated relative errors of
+    frequencies and of the cubic tensor.
     """
 
     beam: Beam
