@@ -36,6 +36,6 @@ def near_of(
 def _has_exact(scene: Scene, by: Sequence[str] | None) -> bool:
     try:
         model.check(scene)
-    except SceneError:
+    except SceneError:  # that there are none is what is asked
         return False
     return not scene.lossy and set(by or ()) <= model.scene_keys(scene).keys()

@@ -90,7 +90,7 @@ def _beside(
             raise SceneError(f"by: found {key!r}{hint}; allowed: {', '.join(known)}")
         try:
             yield key, [_moved(tables, directory, numbers, place) for place in PLACES]
-        except SceneError:
+        except SceneError:  # such as a ratio that all layers share: not moved alone
             if by is not None:
                 raise
 

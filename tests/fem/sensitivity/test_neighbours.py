@@ -18,7 +18,7 @@ DRUM = cases.paper_drum().scene
 # of devices beside one another, whose mesh has one error, which their differences have, too
 COARSE = {"degree": 5, "mesh_size": 1e-6}
 HOMOGENEOUS = 1e-6  # of an exponent: units of mass, length and time have no number
-INTERPOLATED = 1e-6  # of an exponent of a flat film, beside exact derivatives on that mesh
+INTERPOLATED = 1e-6  # of an exponent of a flat film, beside exact derivatives
 ROUGH = 1e-4  # of an error that is told: that of one order less
 # exponents of kg, m and s in what a film's scene says and in what is found
 DIMENSIONS = {
@@ -96,7 +96,7 @@ def test_springs_and_regions_change_a_film_as_its_units_do():
 
 
 def test_neighbours_of_a_flat_film_have_the_exact_derivatives():
-    scene = DRUM.with_(modes=3, **COARSE)
+    scene = DRUM.with_(modes=3)
     found = model_slopes(scene, ["plate.thickness", "tension.x"])
     exact = Tangent(scene, found.value, found.slope, found.label, found.number)
     tables = tomllib.loads(scene.to_toml())
