@@ -63,5 +63,5 @@ def _amount(value: Any, key: str) -> float:
         return value
     try:
         return of_any_dimension(value, key)[0] if isinstance(value, str) else 0.0
-    except SceneError:
+    except SceneError:  # a word
         return 0.0
