@@ -18,9 +18,10 @@ from nanorom.files.whole import (
 )
 from nanorom.launch import finite_elements, mpi_rank, watched
 from nanorom.rom.model import ReducedModel
+from nanorom.scene import fields as v
 from nanorom.scene import plausibility
 from nanorom.scene.scene import Scene
-from nanorom.scene.spread import spreads_of
+from nanorom.scene.spread import spreads_of, tables_of
 from nanorom.types import Progress
 
 if TYPE_CHECKING:
@@ -123,38 +124,49 @@ def tune(
 
 
 def sensitivity(
-    scene: Scene | str | Path,
+    scene: Scene | str | Path | Mapping[str, Any],
     of: Sequence[str] | None = None,
     by: Sequence[str] | None = None,
     progress: Progress | None = None,
     spread: Mapping[str, Any] | None = None,
+    *,
+    written: Mapping[str, Any] | None = None,
+    exact: bool = False,
 ) -> Sensitivity:
-    """Exact derivatives of what the model of a scene says, by the numbers of the scene.
+    """Derivatives of what the model of a scene says, by the numbers of the scene.
 
     ``of``: names such as f1, m1, k1, b111, b112@2, J1.pressure, P11.tension, f(f11c), effective
     coefficients beta1, delta1, chi12 (`nanorom.rom.quantities`), quotients f2/f1, and special
     points of the scene's response: LP1, the first fold by frequency at the last level, PD1@2,
     NS1.f01 (`nanorom.results.special`); all frequencies and the b of single modes if left out.
-    ``by``: keys such as
-    plate.thickness or tension.x, all there are if left out.  The table has d ln(of) / d ln(by).
+    ``by``: keys such as plate.thickness, tension.x, load.pressure or region.1.thickness, all there
+    are if left out.  The table has d ln(of) / d ln(by).
     ``spread``: standard deviations of keys, "3 %" or in their unit, beside what the scene says with
     +-; what these make of each quantity is in the table, to first order.
-    Of flat plates and membranes on rigid supports.  Under MPI every rank gets the same table.
+    ``written``: tables that a Scene was read from, whose layers have keys of their own.
+    Exact for flat plates and membranes on rigid supports; else by differences of reductions, whose
+    errors the table tells, unless ``exact`` is asked for.  Every rank gets the same table.
     Raises SceneError, ModelError for a name that is not there, SolverError, NanoromError if
     DOLFINx is not installed.
     """
     from nanorom.results import sensitivity as results
-    from nanorom.results.near import Near
 
+    directory = Path(scene).parent if isinstance(scene, (str, Path)) else Path()
+    if isinstance(scene, (str, Path)):
+        written = v.parse_toml(v.read_text(Path(scene)))
+    elif isinstance(scene, Mapping):
+        written = scene
     scene = Scene.of(scene)
     results.check(scene, of)
     off = spreads_of(scene, spread or {})
-    keys = None if by is None else [*by, *(name for own in off.values() for name in own)]
+    keys = None
+    if by is not None:
+        keys = list(dict.fromkeys([*by, *(name for own in off.values() for name in own)]))
     with finite_elements():
-        from nanorom.fem.sensitivity.model import model_slopes
+        from nanorom.fem.sensitivity.near import near_of
     with watched(progress) as told:
-        found = model_slopes(scene, keys if keys is None else list(dict.fromkeys(keys)), told)
-        near = Near(scene, found.value, found.slope, found.label, found.number)
+        tables = tables_of(scene, written)
+        near = near_of(scene, tables, directory, keys, exact, told)
         return results.table(near, of, by, off, told)
 
 

@@ -217,14 +217,16 @@ def sensitivity_command(options: argparse.Namespace) -> None:
     from nanorom.files.whole import check_writable
     from nanorom.launch import mpi_rank
     from nanorom.report.sensitivity import sensitivity_text
+    from nanorom.scene.fields import parse_toml, read_text
     from nanorom.workflow import sensitivity
 
     if options.output is not None:
         check_writable(options.output)
     of, by = (None if names is None else names_of(names) for names in (options.of, options.by))
     scene, spread = scene_of(options), pairs_of("--spread", options.spread)
+    written = parse_toml(read_text(options.scene))
     with progress_bar() as progress:
-        found = sensitivity(scene, of, by, progress, spread)
+        found = sensitivity(scene, of, by, progress, spread, written=written)
     if mpi_rank() == 0:
         print(sensitivity_text(found))
         if options.output is not None:

@@ -50,7 +50,7 @@ def _derived(scene: Scene, of: list[str]) -> dict[str, Any]:
     from nanorom.workflow import sensitivity
 
     try:
-        found = sensitivity(scene, of)
+        found = sensitivity(scene, of, exact=True)
     except NanoromError as error:  # said so where the values are wanted
         return {"inexact": str(error)}
     slopes = dict(zip(found.by, found.slope.T.tolist()))

@@ -21,6 +21,8 @@ def sensitivity_text(found: Sensitivity) -> str:
         cells = (f"{slope:+.4f}" if math.isfinite(slope) else "-" for slope in slopes)
         rows.append((name, told, shown, *cells))
     text = f"{table(rows)}\n\nper cent of the quantity for each per cent of a number of the scene"
+    if found.error.any():
+        text += f"; by differences of reductions, right to {found.worst:.0e}"
     return f"{text}\n\n{_spread(found)}" if found.source else text
 
 

@@ -12,8 +12,7 @@ import numpy as np
 from nanorom.errors import ModelError, SceneError
 from nanorom.files.whole import atomic_path
 from nanorom.results import special
-from nanorom.results.near import Near
-from nanorom.results.special import Named
+from nanorom.results.near import Named, Near
 from nanorom.rom import quantities
 from nanorom.scene.scene import Scene
 from nanorom.scene.spread import numbers
@@ -25,7 +24,8 @@ class Sensitivity:
     """Values and derivatives.
 
     of: o names of quantities; unit: of each; value: (o,) in it; by: b keys of the scene; slope:
-    (o, b), d value / d ln(key) in the unit of the value; source: s keys that are spread; share:
+    (o, b), d value / d ln(key) in the unit of the value; error: (o, b) of the slope, where it is
+    from differences of reductions, 0 where it is exact; source: s keys that are spread; share:
     (o, s), change of each by one standard deviation of each, in the unit of the value.
     """
 
@@ -34,6 +34,7 @@ class Sensitivity:
     value: Array
     by: tuple[str, ...]
     slope: Array
+    error: Array
     source: tuple[str, ...] = ()
     share: Array = attrs.field(factory=lambda: np.zeros((0, 0)))
 
@@ -42,6 +43,12 @@ class Sensitivity:
         """Standard deviations (o,) that independent spreads make, in units of the values."""
         squares = np.sum(self.share**2, axis=1) if self.source else np.zeros(len(self.of))
         return np.asarray(np.sqrt(squares))
+
+    @property
+    def worst(self) -> float:
+        """The largest error of an entry of `relative`, of quantities that are not 0."""
+        some = self.value != 0
+        return float(np.abs(self.error[some] / self.value[some, None]).max(initial=0.0))
 
     @property
     def relative(self) -> Array:
@@ -82,9 +89,12 @@ class Sensitivity:
 
 
 def check(scene: Scene, of: Sequence[str] | None) -> None:
-    """Raise SceneError where names ask for special points of a scene that has none."""
+    """Raise SceneError where names ask for special points of a scene that has none, ModelError for
+    what is no name.
+    """
     if any(map(special.is_name, of or ())):
         special.check(scene)
+    quantities.check_names([name for name in of or () if not special.is_name(name)])
 
 
 def table(
@@ -99,22 +109,26 @@ def table(
     of: all frequencies and own cubic coefficients if left out; by: all keys if left out; spread:
     what each source moves among the numbers of the scene.  Raises SceneError, ModelError.
     """
-    modes = range(1, len(near.label) + 1)
+    modes = range(1, near.model.size + 1)
     usual = [f"f{n}" for n in modes] + [f"b({n},{n},{n})" for n in modes]
     names = tuple(usual if of is None else of)
     named = _special([name for name in names if special.is_name(name)], near, progress)
     for name in names:
         if name not in named:
-            named[name] = _of_model(name, near)
-    keys = list(near.slopes)
+            named[name] = near.quantity(name)
+    keys = list(near.keys)
     slope = np.array([named[name].slope for name in names]).reshape(len(names), -1)
+    slope, rough = slope[:, : len(keys)], slope[:, len(keys) :]
+    error = np.abs(slope - rough) if rough.size else np.zeros(slope.shape)
     chosen = keys if by is None else list(by)
+    places = [keys.index(key) for key in chosen]
     return Sensitivity(
         of=names,
         unit=tuple(named[name].unit for name in names),
         value=np.array([named[name].value for name in names]),
         by=tuple(chosen),
-        slope=slope[:, [keys.index(key) for key in chosen]],
+        slope=slope[:, places],
+        error=error[:, places],
         source=tuple(spread),
         share=slope @ _moves(near, keys, spread),
     )
@@ -122,16 +136,6 @@ def table(
 
 def _special(names: list[str], near: Near, progress: Progress | None) -> dict[str, Named]:
     return special.derived(names, near, progress) if names else {}
-
-
-def _of_model(name: str, near: Near) -> Named:
-    """A quantity: linear in arrays, or an explicit function of them."""
-    if not quantities.linear(name, near.label):
-        return Named(*near.quantity(name))
-    slopes = (
-        quantities.slope(name, near.value, change, near.label) for change in near.slopes.values()
-    )
-    return Named(*quantities.value(name, near.value, near.label), tuple(slopes))
 
 
 def _moves(near: Near, keys: list[str], spread: Mapping[str, Mapping[str, float]]) -> Array:

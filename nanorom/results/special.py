@@ -16,7 +16,7 @@ import numpy as np
 from nanorom.continuation import ModalSystem, PointSlope, SpecialPoint, point_slopes
 from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.errors import ModelError, SceneError
-from nanorom.results.near import Near, difference
+from nanorom.results.near import Named, Near, difference
 from nanorom.results.question import Question
 from nanorom.results.respond import respond
 from nanorom.results.response import Response
@@ -25,15 +25,6 @@ from nanorom.scene.scene import Scene
 from nanorom.types import Array, Progress
 
 _NAME = re.compile(rf"({'|'.join(KINDS)})(\d+)(?:@(\d+))?(?:\.(.+))?")
-
-
-@attrs.frozen(eq=False)
-class Named:
-    """A number of a response: its value, its unit, and d value / d ln(key) of each key."""
-
-    value: float
-    unit: str
-    slope: tuple[float, ...]
 
 
 @attrs.frozen
@@ -74,10 +65,14 @@ def is_name(name: str) -> bool:
 
 
 def check(scene: Scene) -> None:
-    """Raise SceneError for a scene whose special points have no derivatives."""
+    """Raise SceneError for a scene that has no special points."""
     if scene.drive is None or scene.sweep is None or scene.damping is None:
         raise SceneError("damping, drive, sweep: missing, whose special points are asked for")
-    if scene.lossy or scene.damping.material_time:
+
+
+def _check_exact(scene: Scene) -> None:
+    """Raise SceneError for a scene whose special points have no exact derivatives."""
+    if scene.lossy or scene.damping is not None and scene.damping.material_time:
         raise SceneError(
             "damping: special points have derivatives with quality_factor alone; found losses of "
             "the material"
@@ -85,12 +80,14 @@ def check(scene: Scene) -> None:
 
 
 def derived(names: Sequence[str], near: Near, progress: Progress | None = None) -> dict[str, Named]:
-    """Special points of a scene's response by name, with their derivatives by keys of the scene.
+    """Special points of a scene's response by name, with their derivatives along lines of models.
 
-    near: the scene's model with its derivatives.  Raises SceneError, ModelError, ContinuationError.
+    near: the scene's model with these.  Raises SceneError, ModelError, ContinuationError.
     """
-    scene, label, model = near.scene, near.label, near.model
+    scene, model, label = near.scene, near.model, near.model.label
     check(scene)
+    if near.exact:
+        _check_exact(scene)
     drive, sweep = scene.drive, scene.sweep
     assert drive is not None and sweep is not None
     read = [Name.read(name, scene) for name in names]
@@ -99,15 +96,15 @@ def derived(names: Sequence[str], near: Near, progress: Progress | None = None) 
             raise ModelError(f"of: found {each.whole!r}; allowed modes: {', '.join(label)}")
     question = Question(drive, sweep, scene.damping)
 
-    response = respond(model(), drive, sweep, scene.damping, progress)
-    system = question.of(model())[0]
-    by_key = [_slope_of(lambda s, key=key: question.of(model(key, s))[0]) for key in near.slopes]
+    response = respond(model, drive, sweep, scene.damping, progress)
+    system = question.of(model)[0]
+    by_line = [_slope_of(lambda s, line=line: question.of(line(s))[0]) for line in near.lines]
     found, known = {}, dict[tuple[str, int, int], list[PointSlope]]()
     for each in read:
         point, level = each.point(response), drive.levels[each.level - 1]
         place = each.kind, each.place, each.level
         if place not in known:
-            acting = [_at(level, arrays) for arrays in by_key]
+            acting = [_at(level, arrays) for arrays in by_line]
             known[place] = point_slopes(system, point, *level, acting)
         found[each.whole] = _named(each, point, known[place], list(label))
     return found

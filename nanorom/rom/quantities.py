@@ -91,6 +91,15 @@ def _shift(model: ReducedModel, mode: int, other: int) -> float:
     return effective.shift(model, mode, other) / (2 * np.pi)
 
 
+def _of_state(name: str) -> Callable[[ReducedModel], float]:
+    def read(model: ReducedModel) -> float:
+        if name not in model.static:
+            raise ModelError(f"of: the model has no {name}; its film is flat, without a load")
+        return float(model.static[name])
+
+    return read
+
+
 KINDS = {
     "f": Kind("Hz", 1, lambda a, r: float(a.frequency[r])),
     "m": Kind("kg", 1, lambda a, r: float(a.mass[r])),
@@ -104,14 +113,24 @@ KINDS = {
     "eta": Kind("N s/m^3", 1, lambda a, r: effective.oscillator(a, r).damping, array=False),
     "chi": Kind("Hz/m^2", 2, _shift, array=False, example="chi12"),
     "onset": Kind("m", 1, onset, array=False),
+    "deflection": Kind("m", 0, _of_state("largest_deflection"), False, "deflection"),
+    "mean_tension": Kind("N/m", 0, _of_state("mean_tension"), False, "mean_tension"),
 }
 PATTERNS = {"J": "drive", "P": "parametric"}
 _EXAMPLES = ", ".join(kind.example or f"{name}1" for name, kind in KINDS.items())
 ALLOWED = f"{_EXAMPLES}, with names f(f11c), quotients f2/f1"
 _INSIDE = r"(?:[^()]|\([^()]*\))*"  # names of modes may have brackets of their own, f((1,1))
-NAME = rf"({'|'.join(KINDS)})(?:(\d+)|\(({_INSIDE})\))(?:@(\w+))?(?:\.(\w+))?"
+_BARE = "|".join(f"(?<={name})" for name, kind in KINDS.items() if kind.modes == 0)
+NAME = rf"({'|'.join(KINDS)})(?:(\d+)|\(({_INSIDE})\)|{_BARE})(?:@(\w+))?(?:\.(\w+))?"
 _NAME = re.compile(NAME)
 _COMMA = re.compile(r",(?![^()]*\))")
+
+
+def check_names(names: Sequence[str]) -> None:
+    """Raise ModelError for what is no name of a quantity, or quotient of two, of any model."""
+    for name in names:
+        if not all(_NAME.fullmatch(part.strip()) for part in name.split("/", 1)):
+            raise ModelError(f"of: found {name!r}; allowed: {ALLOWED}")
 
 
 def quantities(name: str, labels: Sequence[str]) -> tuple[Quantity, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from nanorom.errors import SceneError
+from nanorom.scene.units import of_any_dimension
 
 
 def put(document: dict[str, Any], key: str, value: Any, unit: str = "") -> None:
@@ -22,9 +23,10 @@ def put(document: dict[str, Any], key: str, value: Any, unit: str = "") -> None:
             table = table.setdefault(part, {})
         if not isinstance(table, (dict, list)):
             raise SceneError(f"{key}: {part} has a value, not keys of its own")
-    if not isinstance(table, dict):
+    if isinstance(table, list) and not isinstance(look(document, key), float):
         raise SceneError(f"{key}: {path[-1]} are several; give a number, {path[-1]}.1")
-    table[name] = f"{value!r} {unit}" if isinstance(value, float) and unit else value
+    place = int(name) - 1 if isinstance(table, list) else name
+    table[place] = f"{value!r} {unit}" if isinstance(value, float) and unit else value
 
 
 def look(document: dict[str, Any], key: str) -> Any:
@@ -38,3 +40,28 @@ def look(document: dict[str, Any], key: str) -> Any:
         else:
             return None
     return table
+
+
+def amounts(table: Any, above: str = "") -> dict[str, float]:
+    """Numbers other than 0 in some tables, in SI, by their keys; whole ones are counts."""
+    if isinstance(table, dict):
+        pairs = [(str(name), each) for name, each in table.items()]
+    elif isinstance(table, list):
+        pairs = [(str(n), each) for n, each in enumerate(table, 1)]
+    else:
+        value = _amount(table, above)
+        return {above: value} if value else {}
+    found: dict[str, float] = {}
+    for name, each in pairs:
+        found |= amounts(each, f"{above}.{name}" if above else name)
+    return found
+
+
+def _amount(value: Any, key: str) -> float:
+    """A number in SI, 0 of what is none."""
+    if isinstance(value, float):
+        return value
+    try:
+        return of_any_dimension(value, key)[0] if isinstance(value, str) else 0.0
+    except SceneError:  # a word
+        return 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from nanorom.errors import SceneError
+from nanorom.scene.geometry import Disc
 from nanorom.scene.parted import check_gates, check_place, check_regions
 from nanorom.scene.request import HIGHEST_DEGREE
 from nanorom.scene.support import Edge, deflection_of
@@ -35,6 +36,7 @@ def check_film(scene: Scene) -> None:
     load = scene.load
     if load is not None and load.force is not None:
         check_place(scene.geometry, "load.position", load.position, load.radius)
+    _check_frame(scene)
     if degree is not None and degree < rules.lowest_degree:
         raise SceneError(
             f"accuracy.degree: found {degree}; allowed: {rules.lowest_degree} to {HIGHEST_DEGREE} "
@@ -161,3 +163,29 @@ def _check_free(scene: Scene, in_plane: bool) -> None:
     if not scene.flat:
         what = "load" if scene.load is not None else "plate.initial_shape"
         raise SceneError(f"support.edge: every side is free beside {what}; {hold}")
+
+
+def _check_frame(scene: Scene) -> None:
+    """Raise SceneError for films whose pull on a frame that gives way is not computed."""
+    if scene.support.impedance is None:
+        return
+    model, rules = scene.plate.model, scene.plate.rules
+    if not rules.shallow:
+        raise SceneError(
+            f"support.impedance: found beside plate.model = {model}; allowed: plate, membrane "
+            "or beam"
+        )
+    bent = scene.load is not None and scene.load.deflects
+    if bent or scene.plate.initial_shape is not None:
+        what = "a load that deflects" if bent else "plate.initial_shape"
+        raise SceneError(f"support.impedance: found beside {what}; allowed: films that are flat")
+    turning = [
+        k for k in map(deflection_of, scene.supports.values()) if k not in ("clamped", "free")
+    ]
+    corners = rules.planar and not isinstance(scene.geometry, Disc)
+    if turning and corners and rules.bends is not False:
+        raise SceneError(
+            "support.impedance: found beside simply supported or elastic sides, whose corners pull "
+            "with forces at a point; allowed: clamped or free sides, a disc, or plate.model = "
+            "membrane"
+        )

@@ -191,7 +191,7 @@ class Scene(metaclass=_Loaded):
             if self.drive is not None or self.sweep is not None:
                 raise SceneError(
                     "damping.quality_factor: missing; allowed: one for all modes or one per mode, "
-                    "or none beside material.loss, material.expansion or [gas]"
+                    "or none beside material.loss, material.expansion, [gas] or support.impedance"
                 )
             object.__setattr__(self, "damping", None)
         check_complete(self.damping, self.drive, self.sweep)
@@ -230,8 +230,8 @@ class Scene(metaclass=_Loaded):
 
     @property
     def lossy(self) -> bool:
-        """The film's material or the gas about it damps every mode."""
-        return self.bends_with_loss or self.gas is not None
+        """The film's material, the gas about it or its frame damps every mode."""
+        return self.bends_with_loss or bool(self.gas or self.support.impedance)
 
     @property
     def bends_with_loss(self) -> bool:
@@ -321,7 +321,7 @@ class Scene(metaclass=_Loaded):
             elif name == "material":
                 given[name] = Material.from_table(table, plate)
             elif name == "support":
-                given[name] = Support.from_table(table)
+                given[name] = Support.from_table(table, document["geometry"].get("shape"))
             elif isinstance(table, list):
                 read = [v.from_table(_CLASSES[name], name, each) for each in table]
                 given[keys[name].name] = tuple(read)

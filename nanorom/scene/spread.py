@@ -92,6 +92,18 @@ def taken(document: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Spread
     return plain, found
 
 
+def tables_of(scene: Any, written: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Tables of a scene in SI; with layers, which a scene has as one film, as they are written.
+
+    written : tables that it was read from.
+    """
+    own = v.parse_toml(scene.to_toml())
+    if written is None or "layer" not in written:
+        return own
+    settings = ("modes", "reduction", "accuracy")
+    return taken(written)[0] | {name: own[name] for name in settings if name in own}
+
+
 def _texts(table: Any, above: str) -> Iterator[tuple[str, Any, Any]]:
     """Key, table and name in it of every text."""
     if isinstance(table, dict):

@@ -175,7 +175,8 @@ class Support:
 
     A kind is clamped, simply_supported, free, a `Spring` or an `Edge` (in a scene file a table with
     their keys).  All but an `Edge` hold the film in its plane wherever they hold its deflection.
-    Sides that a table does not name get its ``default``, and are free without one.
+    Sides that a table does not name get its ``default``, and are free without one.  impedance : of
+    what holds them, in N s/m^2 (force per length of the edge and velocity); None: it does not move.
     """
 
     edge: Kind | Mapping[str, Kind] = attrs.field(
@@ -189,15 +190,27 @@ class Support:
             " or physical curve, with a `default` for the rest",
         ),
     )
+    impedance: float | None = attrs.field(
+        default=None,
+        converter=v.as_optional_quantity,
+        metadata=v.quantity(
+            "support.impedance",
+            "N*s/m^2",
+            about="of the frame, per length of the edge: force by the velocity at which it gives "
+            "way, which takes energy out of the film",
+        ),
+    )
 
     @classmethod
-    def from_table(cls, table: Mapping[str, Any]) -> Support:
-        """Read [support]; raises SceneError, with what to write for a side beside ``edge``."""
-        beside = [key for key in table if key != "edge"]
+    def from_table(cls, table: Mapping[str, Any], shape: str) -> Support:
+        """Read [support] of a shape; raises SceneError, and says how to write a side's name."""
+        known = [each.name for each in attrs.fields(cls)]
+        beside = [key for key in table if key not in known]
         if not beside:
-            return v.from_table(cls, "support", table)
-        key = v.did_you_mean(beside[0], ["edge"]) or f"; write edge = {{ {beside[0]} = ... }}"
-        raise SceneError(f"support.{beside[0]}: unknown key{key}; allowed: edge")
+            usual = {"edge": STRING_ENDS.edge} if shape == "string" else {}
+            return v.from_table(cls, "support", usual | table)
+        key = v.did_you_mean(beside[0], known) or f"; write edge = {{ {beside[0]} = ... }}"
+        raise SceneError(f"support.{beside[0]}: unknown key{key}; allowed: {', '.join(known)}")
 
     @property
     def default(self) -> Kind:

@@ -30,6 +30,7 @@ MEANINGS = {
     "J": ("a bending stiffness", "1.5 eV"),
     "W": ("a power", "1 mW"),
     "Pa*s": ("a viscosity", "18 uPa s"),
+    "N*s/m^2": ("an impedance per length", "10 kN s/m^2"),
     "V/m": ("a responsivity", "2 mV/nm"),
     "ohm": ("an impedance", "50 ohm"),
     "kg": ("a mass", "1 fg"),

@@ -24,6 +24,9 @@ SPECTRAL = 1e-11  # of both spectral solutions
 TABLE_1 = 1e-12  # digits to which the membrane's coefficients are known
 SKIPPED = 1e-6  # of skips, at the tolerance of their scenes
 QUICK_ERROR = 1e-5  # of the quick benchmark's drum at tolerance 1e-6
+UNCOUNTED = (
+    1e-3  # pages that Linux has not yet added to a process' peak, which it counts in batches
+)
 
 
 def test_spectral_drum_is_the_reference():
@@ -143,6 +146,7 @@ def test_quick_sizes_leave_table_and_picture(tmp_path):
     with open(tmp_path / "size-1.csv") as file:
         rows = list(csv.DictReader(file))
     most = 1e-6 * 1.024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # GB, this process'
+    most *= 1 + UNCOUNTED
     assert [row["solver"] for row in rows] == ["factors"] * 2 + ["multigrid"] * 2
     for row in rows:
         assert float(row["error_tensor"]) < QUICK_ERROR

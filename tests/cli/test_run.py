@@ -28,7 +28,7 @@ def results(tmp_path_factory, drum_toml):
     directory = tmp_path_factory.mktemp("drum")
     (directory / "drum.toml").write_text(drum_toml)
     done = python("-m", "nanorom", "run", "drum.toml", "-o", "out/drum", cwd=directory)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, (done.stdout, done.stderr)
     assert done.stderr == ""
     return directory / "out" / "drum"
 
@@ -123,7 +123,7 @@ def test_two_ranks_write_the_model_of_one(tmp_path, scene, results):
         env={**os.environ, **allow, "OMPI_MCA_btl": "^tcp,ofi"},
         timeout=LONGEST,
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, (done.stdout, done.stderr)
     one, two = ReducedModel.load(results / "rom.h5"), ReducedModel.load(output)
     assert np.allclose(two.frequency, one.frequency, rtol=1e-10, atol=0)
     assert np.abs(two.cubic - one.cubic).max() <= 1e-10 * np.abs(one.cubic).max()

@@ -59,8 +59,9 @@ class BeamModes:
     """The lowest modes, scaled to max |phi| = 1 and positive there.
 
     frequency: (L,) Hz; mass: (L,); stiffness: (L, L), bending: (L, L) its part of that; square:
-    (L,) int phi^2 dx; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx; functions: of the
-    basis; error: estimated relative errors of frequencies and of the cubic tensor.
+    (L,) int phi^2 dx; area: (L,) int phi dx; slope: (L, L) int phi_j' phi_k' dx; reaction: (L, 2)
+    transverse force of both ends; functions: of the basis; error: estimated relative errors of
+    frequencies and of the cubic tensor.
     """
 
     beam: Beam
@@ -71,6 +72,7 @@ class BeamModes:
     square: Array
     area: Array
     slope: Array
+    reaction: Array
     functions: int
     _coefficients: Array
     error: tuple[float, float] = (np.nan, np.nan)
@@ -123,6 +125,15 @@ def _expanded(beam: Beam, squares: Array, coefficients: Array) -> BeamModes:
     second = legendre.legval(x, legendre.legder(coefficients, 2, axis=1).T) / half**2
     weights = half * weights
     slope = (first * weights) @ first.T
+
+    def left_over(side: float) -> Array:
+        """Of the weak form for the cubic that is 1 at one end, with no slope at either."""
+        value, rise, bent = (2 + side * (3 * x - x**3)) / 4, 0.75 * (1 - x**2), -1.5 * x
+        force = beam.tension / half * first * side * rise
+        force += beam.bending_stiffness / half**2 * second * side * bent
+        force -= beam.mass_per_length * squares[:, None] * phi * value
+        return np.asarray(force @ weights)
+
     bending = beam.bending_stiffness * (second * weights) @ second.T
     stiffness = beam.tension * slope + bending
     stiffness += beam.end_stiffness(*_at_ends(coefficients, half))
@@ -135,6 +146,7 @@ def _expanded(beam: Beam, squares: Array, coefficients: Array) -> BeamModes:
         np.sum(phi**2 * weights, axis=1),
         phi @ weights,
         slope,
+        np.column_stack([left_over(side) for side in (-1.0, 1.0)]),
         size,
         coefficients,
     )

@@ -34,7 +34,8 @@ class Motion:
     of bending and of linear stretching; dilated (L,) N/m: see `dilated`, of a strip that is free to
     bend across E I int kappa^2; mass (L,) kg; square (L,) m^2, int phi^2; lossy (L,) N/m: of
     `strained` each place's times its E''/E', None where the material is one; squeezed (L,) complex
-    N/m: of the gas in a gap, None without one.
+    N/m: of the gas in a gap, None without one; pulling (L,) N^2/m^3: int V^2 ds of the force V per
+    length of the held edges on the frame, None where that does not move.
     """
 
     frequency: np.ndarray
@@ -45,6 +46,7 @@ class Motion:
     square: np.ndarray
     lossy: np.ndarray | None = None
     squeezed: np.ndarray | None = None
+    pulling: np.ndarray | None = None
 
     @property
     def omega(self) -> np.ndarray:
@@ -120,12 +122,25 @@ def squeeze(scene: Scene, motion: Motion) -> np.ndarray | None:
     return motion.squeezed.imag / (motion.stiffness + motion.squeezed.real)
 
 
+def radiation(scene: Scene, motion: Motion) -> np.ndarray | None:
+    """What the film's edge pulls out of a frame of a given impedance, per cycle.
+
+    The frame gives way at V/Z and takes int V^2/(2 Z) ds; to first order in 1/Z, the frame's
+    stiffness left out (of a string on the Re Z of its supports: Cross and Lifshitz 2001,
+    doi:10.1103/PhysRevB.64.085324, who have Z of plates and half spaces).
+    """
+    if motion.pulling is None or scene.support.impedance is None:
+        return None
+    return motion.pulling / (scene.support.impedance * motion.mass * motion.omega**3)
+
+
 Mechanism = Callable[[Scene, Motion], np.ndarray | None]
 MECHANISMS: dict[str, Mechanism] = {
     "material": material,
     "thermoelastic": thermoelastic,
     "gas": gas,
     "squeeze": squeeze,
+    "radiation": radiation,
 }
 
 

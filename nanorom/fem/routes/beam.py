@@ -111,6 +111,7 @@ def motion_of(found: BeamModes, index: NDArray[np.int64], width: float) -> losse
         dilated=np.diag(bent),
         mass=found.mass[index],
         square=width * found.square[index],
+        pulling=np.sum(found.reaction[index] ** 2, axis=1) / width,
     )
 
 

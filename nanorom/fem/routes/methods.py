@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from nanorom.errors import SceneError
-from nanorom.fem.modes import bending
+from nanorom.fem.modes import bending, reaction
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.output import losses
 from nanorom.fem.output.model import ModalProducts
@@ -157,6 +157,9 @@ def motion_of(
         lossy = bending.lost(modes) + scene.material.loss * stretching
         lossy = scales.tension * np.diag(lossy)
     dilated = bending.stiffness(modes, losses.dilated(scene))
+    pulling = None
+    if scene.support.impedance is not None:
+        pulling = scales.tension**2 / scales.length * reaction.squares(modes)
     return losses.Motion(
         frequency=scales.frequency(modes.eigenvalues) if gas is None else gas.frequency,
         stiffness=scales.tension * np.diag(products.stiffness + stretching),
@@ -166,6 +169,7 @@ def motion_of(
         square=scales.length**2 * modes.squares(),
         lossy=lossy,
         squeezed=None if gas is None else gas.stiffness,
+        pulling=pulling,
     )
 
 
