@@ -292,8 +292,7 @@ class PlateRoute(Route):
         def discard(last: Solution) -> None:
             last.discard(team)
 
-        same = Solution.has_mesh_of
-        solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard, same)
+        solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
         in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)
