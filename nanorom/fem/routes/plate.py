@@ -292,7 +292,7 @@ class PlateRoute(Route):
         def discard(last: Solution) -> None:
             last.discard(team)
 
-        solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
+        solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard, Solution.has_mesh_of)
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
         in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)
