@@ -14,6 +14,7 @@ from nanorom.fem.symmetry import AXES
 
 OUTSIDE = 1e-9  # a point is in a cell if no barycentric coordinate is below minus that
 NEWTON_STEPS = 20
+PAIRS = 1e6  # of points and cells that are compared at once
 MARGIN = 0.05  # of a cell's size, by which a curved one may exceed the box of its nodes
 
 
@@ -24,29 +25,33 @@ def locate(plate: Surface, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     low, high = nodes.min(axis=1), nodes.max(axis=1)
     margin = MARGIN * (high - low).max(axis=1, keepdims=True)
     found, at = np.full(len(points), -1), np.zeros((len(points), 2))
-    for i, point in enumerate(points):
-        near = np.flatnonzero(np.all((point > low - margin) & (point < high + margin), axis=1))
-        reference, mapped = _pulled_back(plate, near, point)
+    at_once = max(1, int(PAIRS / max(len(nodes), 1)))
+    for start in range(0, len(points), at_once):
+        some = points[start : start + at_once]
+        above, below = some[:, None] > low - margin, some[:, None] < high + margin
+        place, cell = np.nonzero(np.all(above & below, axis=2))
+        reference, mapped = _pulled_back(plate, cell, some[place])
         depth = np.minimum(reference.min(axis=1), 1 - reference.sum(axis=1))
         inside = np.flatnonzero(mapped & (depth > -OUTSIDE))
-        if len(inside):
-            found[i], at[i] = near[inside[0]], reference[inside[0]]
+        place, first = np.unique(place[inside], return_index=True)
+        found[start + place] = cell[inside[first]]
+        at[start + place] = reference[inside[first]]
     return found, at
 
 
 def _pulled_back(
-    plate: Surface, cells: np.ndarray, point: np.ndarray
+    plate: Surface, cells: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Reference point (c, 2) of every cell that its map takes to a point, and where it exists."""
+    """Reference points (m, 2) that the maps of m cells take to points (m, 2), and which exist."""
     reference = np.full((len(cells), 2), 1 / 3)
     for _ in range(NEWTON_STEPS):
         x, jacobian = quadrature.map_points(plate, cells, reference)
-        step = np.linalg.solve(jacobian, (point - x)[..., None])[..., 0]
+        step = np.linalg.solve(jacobian, (points - x)[..., None])[..., 0]
         # far from a curved cell its map means nothing
         reference = np.clip(reference + step, -1.0, 2.0)
     x, jacobian = quadrature.map_points(plate, cells, reference)
     size = np.sqrt(np.abs(np.linalg.det(jacobian)))
-    return reference, np.linalg.norm(x - point, axis=1) <= OUTSIDE * size
+    return reference, np.linalg.norm(x - points, axis=1) <= OUTSIDE * size
 
 
 def weighed(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from math import comb
 from typing import Any
@@ -13,8 +14,9 @@ from nanorom.errors import SolverError
 from nanorom.fem import plan_text
 from nanorom.fem.fields import places
 from nanorom.fem.mesh import discretisation
+from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.models import following, inertia, layer
-from nanorom.fem.models.build import build_plate, check_springs, relaxes
+from nanorom.fem.models.build import check_springs
 from nanorom.fem.models.plate import Plate
 from nanorom.fem.modes import accuracy, buckling, coupled, eigen
 from nanorom.fem.modes import names as labels
@@ -24,6 +26,7 @@ from nanorom.fem.output import drawing, heat, losses, patterns
 from nanorom.fem.output.model import Parts, modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
+from nanorom.fem.routes.about import discretised, static_state
 from nanorom.fem.routes.methods import Force, force_of, motion_of, viscous
 from nanorom.fem.routes.route import Route, step_cases
 from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
@@ -37,11 +40,9 @@ from nanorom.fem.tensors import inextensional, lateral, squeeze
 from nanorom.files.partial import Journal
 from nanorom.rom.patterns import reduced
 from nanorom.rom.shapes import Shapes
-from nanorom.scene.geometry import MeshFile
 from nanorom.scene.scene import Scene
 from nanorom.scene.units import with_unit
 
-THINNER = 0.7  # an edge layer that the load made thinner by this is meshed anew
 REFINEMENT = Refinement(most=5, finer=0.3, told="estimated error")
 # measured, one core of 2020: s, and s per degree of freedom, also per pair of modes and load case
 SECONDS_FIXED, SECONDS_PER_DOF = 0.1, 2.5e-4  # drums and rectangles that mirrors cut
@@ -56,7 +57,7 @@ SHARE = 0.5  # of the free memory that a default may fill
 class Solution:
     """Modes that take part, their names, their force, and what is known of the errors.
 
-    static: the state they are about.
+    static: the state they are about; mesh: what is meshed for an aimed error, aim: that of its own.
     """
 
     modes: Modes
@@ -64,6 +65,12 @@ class Solution:
     static: state.StaticState
     force: Force
     diagnostics: dict[str, Any]
+    mesh: Callable[[float | None], Discretisation]
+    aim: float | None
+
+    def has_mesh_of(self, aim: float) -> bool:
+        """Whether its mesh is that for another aimed error."""
+        return self.mesh(aim) == self.mesh(self.aim)
 
     @property
     def error(self) -> float:
@@ -121,7 +128,8 @@ def solve(
             told["in_plane_frequency"] = scales.in_plane_frequency(eigenvalue)
         told |= plate.solvers.told(team.across)
         told = team.across.bcast(told)  # all groups decide alike
-    return Solution(modes, [names[i] for i in selected], static, force, told)
+    named = [names[i] for i in selected]
+    return Solution(modes, named, static, force, told, partial(discretised, plan, width), aim)
 
 
 def error_estimates(
@@ -161,32 +169,6 @@ def error_estimates(
         "error_rounding": float(errors.rounding.max()),
         "error_mixing": float(errors.mixing.max()),
     }
-
-
-def static_state(
-    team: Team, plan: Plan, aim: float | None, units: state.Units, watch: Stopwatch
-) -> tuple[state.StaticState, float]:
-    """The state that the modes are about, on a mesh for it, and its edge layer's width. Collective.
-
-    A layer that the load makes thinner is meshed anew.
-    """
-    scene, scales, chosen = plan.scene, plan.scales, plan.discretisation(aim)
-    if not scene.flat:
-        # a static load case of STEP mixes modes of every parity: it needs the whole film
-        chosen = attrs.evolve(chosen, whole=not plan.cut.axes)
-    with watch.stage("mesh"):
-        plate = build_plate(team.within, scene, scales, chosen, team.across)
-    if scene.flat and not relaxes(plate):
-        return state.StaticState(plate), plan.layer
-    with watch.stage("static state"):
-        static = state.solve(scene, units, plate)
-        width = float(np.sqrt(scales.bending / max(static.tension or 0.0, scales.bending)))
-        if 0 < width < THINNER * plan.layer and not isinstance(scene.geometry, MeshFile):
-            finer = discretisation.choose(scene, scales.length, width, aim)
-            finer = attrs.evolve(finer, whole=chosen.whole)
-            plate = build_plate(team.within, scene, scales, finer, team.across)
-            static = state.solve(scene, units, plate)
-    return static, width
 
 
 def on_triangulation(
@@ -310,7 +292,7 @@ class PlateRoute(Route):
         def discard(last: Solution) -> None:
             last.discard(team)
 
-        solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
+        solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard, Solution.has_mesh_of)
         modes, plate, force = solution.modes, solution.modes.plate, solution.force
         frequency = scales.frequency(modes.eigenvalues)
         in_plane = solution.diagnostics.get("in_plane_frequency", np.inf)

@@ -53,12 +53,14 @@ def solved_to_tolerance(
     solve: Callable[[float | None], Solved],
     how: Refinement,
     discard: Callable[[Solved], None] = lambda _: None,
+    same: Callable[[Solved, float], bool] = lambda *_: False,
 ) -> Solved:
     """A solution that meets the scene's tolerance, on as many meshes as it takes. Collective.
 
     Where none does, the best: it is told with AccuracyWarning, also if a refinement breaks off.
     ``solve`` takes the error that its mesh is made for; ``discard`` frees what a solution holds
-    beyond its results, before the next.  Raises what the first attempt raises.
+    beyond its results, before the next; ``same`` tells whether another error is that of a mesh
+    which a solution has been found on.  Raises what the first attempt raises.
     """
     tolerance = aim = scene.accuracy.tolerance
     if tolerance is None or aim is None:
@@ -72,6 +74,8 @@ def solved_to_tolerance(
             break
         finest = aim <= LEAST_AIM
         aim = power_below(aim * min(how.finer, tolerance / last.error))
+        while aim > LEAST_AIM and same(last, aim):
+            aim = power_below(aim * how.finer)
         if tolerance / 2 < last.mixing < APART and not finest:
             aim = max(aim, LEAST_AIM)  # modes that a mesh tells apart, a finer one tells better
         slow = aim < LEAST_AIM

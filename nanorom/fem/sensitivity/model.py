@@ -137,7 +137,7 @@ def model_slopes(
     def discard(last: Solution) -> None:
         last.discard(team)
 
-    solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard)
+    solution = solved_to_tolerance(scene, attempt, REFINEMENT, discard, Solution.has_mesh_of)
     with watch.stage("derivatives"):
         value, quantities = _by_quantities(plan, solution)
     chosen = keys if by is None else {key: keys[key] for key in by}

@@ -17,6 +17,7 @@ SOLVED = 1e-12  # relative error at which iterations end unless less is asked fo
 REFINED = 1e-13  # relative residual above which a direct solution is refined
 ROUNDED = 2 * np.finfo(float).eps  # of matrix times solution: rounding it leaves as much
 MOST_REFINEMENTS = 2
+TURNED = "nanorom_turned"  # what a restricted matrix keeps for others of its entries
 RESIDUAL_TOLERANCE = 1e-9  # of a direct solve; beyond it the factorisation is not to be trusted
 # null pivots are found; no ScaLAPACK root, which hides inertia; room, in percent of what the
 # analysis expects, for pivots that several ranks have to delay
@@ -112,11 +113,14 @@ class FreeDofs:
         """Rows and columns of the free degrees of freedom. Collective."""
         if not self.turned:
             return matrix.createSubMatrix(self.set, self.set, into)
-        turning = self._turning(matrix)
-        whole = matrix.ptap(turning)
+        if into is None:
+            turning = self._turning(matrix)
+            whole = matrix.ptap(turning)
+        else:
+            turning, whole = into.getAttr(TURNED)
+            matrix.ptap(turning, whole)
         found = whole.createSubMatrix(self.set, self.set, into)
-        for temporary in (turning, whole):
-            temporary.destroy()
+        found.setAttr(TURNED, (turning, whole))  # of the same entries the next time
         return found
 
     def _turning(self, matrix: PETSc.Mat) -> PETSc.Mat:
