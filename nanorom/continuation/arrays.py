@@ -46,6 +46,11 @@ def times(values: Array, factor: float) -> Array:
     return _round(np.multiply(values, factor, order="C")) if values.any() else values
 
 
+def nothing(shape: tuple[int, ...]) -> Array:
+    """Zeros that take no memory, whatever their number, and are not to be written to."""
+    return np.broadcast_to(0.0, shape)
+
+
 def checked(value: object, shape: tuple[int, ...], name: str) -> Array:
     """An array of finite real numbers of a given shape; raises ContinuationError naming it."""
     try:
@@ -82,14 +87,17 @@ def symmetrise_quadratic(tensor: Array) -> Array:
 
 
 def symmetrise_cubic(tensor: Array) -> Array:
-    """B[r, j, k, l] averaged over the order of j, k, l: the force B qqq is unchanged."""
-    if not tensor.any():  # zeros stay memory that is not touched
-        return tensor
-    total = tensor + tensor.transpose(0, 1, 3, 2)
-    for order in ((0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2), (0, 3, 2, 1)):
-        total += tensor.transpose(order)
-    total /= 6
-    return np.asarray(total)
+    """B[r, j, k, l] averaged over the order of j, k, l, in its own memory: the force B qqq is
+    unchanged.
+    """
+    for row in tensor:
+        if not row.any():  # zeros stay what they are, and may be `nothing`
+            continue
+        total = row + row.transpose(0, 2, 1)
+        for order in ((1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
+            total += row.transpose(order)
+        np.divide(total, 6, out=row)
+    return tensor
 
 
 def slices(count: int, width: int) -> list[slice]:

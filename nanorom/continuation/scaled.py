@@ -12,7 +12,7 @@ from weakref import finalize
 
 import numpy as np
 
-from nanorom.continuation.arrays import symmetrise_cubic, symmetrise_quadratic, times
+from nanorom.continuation.arrays import nothing, symmetrise_cubic, symmetrise_quadratic, times
 from nanorom.types import Array, Numbers
 
 ROUND_OFF = 1e-13  # of the largest entry: what a change of coordinates leaves of a zero
@@ -22,8 +22,8 @@ def over_mass(mass: Array, arrays: Mapping[str, Array]) -> dict[str, Array]:
     """The arrays of the equations divided by the mass, symmetric where they act symmetrically."""
     inverse = np.linalg.inv(mass)
     divided = {
-        # zeros, most often: they stay memory that is not touched
-        name: np.tensordot(inverse, array, axes=1) if array.any() else np.zeros(array.shape)
+        # zeros, most often
+        name: np.tensordot(inverse, array, axes=1) if array.any() else nothing(array.shape)
         for name, array in arrays.items()
     }
     divided["quadratic"] = symmetrise_quadratic(divided["quadratic"])

@@ -17,7 +17,7 @@ from weakref import WeakKeyDictionary
 import attrs
 import numpy as np
 
-from nanorom.continuation.arrays import checked, finite, square, times
+from nanorom.continuation.arrays import checked, finite, nothing, square, times
 from nanorom.continuation.drive import CARRIER, Drive, padded, terms
 from nanorom.continuation.first_order import FASTEST, FirstOrder, joined, units_of, widened
 from nanorom.continuation.scaled import (
@@ -344,7 +344,7 @@ class ModalSystem:
         Raises ContinuationError for another name or a wrong shape.
         """
         columns = unit.force.shape[-1]
-        added = {name: np.zeros_like(getattr(self, name)) for name in TENSORS}
+        added = {name: nothing(getattr(self, name).shape) for name in TENSORS}
         added["direct"] = np.zeros((unit.size, columns))
         added["parametric"] = np.zeros((self.size, self.size, columns))
         for name, value in arrays.items():

@@ -191,7 +191,8 @@ def key_of(system: ModalSystem, omega: tuple[float, float], options: dict[str, A
     """What a response depends on beside its levels, as a digest."""
     digest = hashlib.sha256(repr((version(), omega, sorted(options.items()))).encode())
     for name, array in system.arrays().items():
-        digest.update(name.encode() + np.ascontiguousarray(array).tobytes())
+        digest.update(name.encode())
+        digest.update(np.ascontiguousarray(array).reshape(-1))
     return digest.hexdigest()
 
 

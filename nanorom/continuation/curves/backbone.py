@@ -12,6 +12,7 @@ from dataclasses import replace
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import nothing
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.harmonics import Support, close_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, orbit_amplitudes
@@ -133,7 +134,7 @@ def conservative(system: ScaledSystem) -> ScaledSystem:
     return replace(
         system,
         damping=zero(system.damping),
-        loss=zero(system.loss),
+        loss=nothing(system.loss.shape),
         force=zero(system.force),
         parametric=zero(system.parametric),
     )
