@@ -117,7 +117,7 @@ def _room(mass: AddedMass, scene: Scene) -> float:
 
 
 def _gap(radius: float, start: np.ndarray, end: np.ndarray) -> float:
-    """Between a circle about the origin and a straight line (2,) to (2,), negative if they cross."""
+    """Between a circle about the origin and a line from (2,) to (2,), negative if they cross."""
     along = end - start
     share = np.clip(-(start @ along) / (along @ along), 0.0, 1.0)
     nearest = np.linalg.norm(start + share * along)
