@@ -18,6 +18,7 @@ Condition = Callable[[np.ndarray], np.ndarray]
 
 SMOOTHEST = 3.0  # roots from here on count as this: a cell of high degree resolves them
 ROOTS = np.linspace(0.2, SMOOTHEST, 561)
+LOADED = 1.0  # exponent where tractions that end at a corner do not fit what is beyond it
 RIGID = 0.02  # roots nearer to 1 than this are rotations, which have no energy
 
 
@@ -36,15 +37,28 @@ class Corner:
     @property
     def moves(self) -> bool:
         """Whether the film moves at the corner: neither side holds its deflection."""
-        return not any(
+        return not any(self._holds)
+
+    @property
+    def _holds(self) -> list[bool]:
+        """Whether each side holds the deflection."""
+        return [
             kind.spring is None if isinstance(kind, Spring) else kind != "free"
             for kind in map(deflection_of, (self.first, self.last))
-        )
+        ]
 
     def _in_plane(self, nu: float) -> float:
-        """Lowest exponent of the in-plane displacement; elastic edges count as free."""
-        found = [in_plane_of(kind) for kind in (self.first, self.last)]
-        kinds = [kind if isinstance(kind, str) else "free" for kind in found]
+        """Lowest exponent of the in-plane displacement.
+
+        Where a side slides or is elastic, tractions do not fit at the corner: r f(angle), r log r.
+        """
+        held = [in_plane_of(kind) for kind in (self.first, self.last)]
+        fit = all(kind in ("fixed", "free") for kind in held) or all(self._holds)
+        lowest = self._unloaded([kind if isinstance(kind, str) else "free" for kind in held], nu)
+        return lowest if fit else min(lowest, LOADED)
+
+    def _unloaded(self, kinds: list[str], nu: float) -> float:
+        """The same of what no load causes; elastic edges count as free."""
         sliding = [kind in ("normal", "tangential") for kind in kinds]
         if all(sliding):
             turns = np.pi / (self.angle if kinds[0] == kinds[1] else 2 * self.angle)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from nanorom.fem.mesh.singular import Corner
+from nanorom.scene.support import Edge, PlaneSpring
 
 GRID = 0.02  # to which exponents are found: they only choose a mesh
 
@@ -34,3 +35,13 @@ def test_exponents_are_the_published_ones(first, last, angle, nu, exponent):
 def test_straight_sides_of_one_kind_are_smooth():
     for kind in ("clamped", "free", "simply_supported"):
         assert Corner(kind, kind, np.pi).exponent(0.3) >= 4.0
+
+
+def test_tractions_that_do_not_fit_at_a_corner_make_it_singular():
+    """Stress is bounded there and differs by the direction, or goes as log r."""
+    sliding = Edge(w="free", in_plane="tangential")
+    elastic = Edge(w="free", in_plane=PlaneSpring(tangential=1.0))
+    for first, last in ((sliding, "free"), (sliding, sliding), (elastic, "free")):
+        assert Corner(first, last, np.pi / 2).exponent(0.3) == 2.0
+    held = Edge(w="simply_supported", in_plane="tangential")
+    assert Corner(held, held, np.pi / 2).exponent(0.3) > 4.0  # no slope, no traction
