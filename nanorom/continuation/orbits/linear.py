@@ -29,8 +29,9 @@ def free_motions(system: ScaledSystem, q: Array) -> tuple[Numbers, Numbers]:
     """
     massive = np.flatnonzero(system.inertia)
     stiffness = static_stiffness(system, q)
-    friction = np.tensordot(system.loss, np.multiply.outer(q, q), axes=2)
-    damping = (system.damping + friction)[massive]
+    damping = system.damping[massive]
+    if system.has_loss:
+        damping = damping + np.tensordot(system.loss, np.multiply.outer(q, q), axes=2)[massive]
     count = len(massive)
     size = system.size
     matrix = np.zeros((size + count,) * 2)  # of (q, q' of the modes)

@@ -73,7 +73,7 @@ def opened(path: Path, parameters: Mapping[str, float], size_factor: float) -> I
 def sketch(gmsh: Any, file: Path) -> Sketch:
     """Straight triangles, curves and surfaces of the model just meshed; raises MeshError."""
     vertex, points = _vertices(gmsh)
-    triangles = _elements(gmsh, 2, vertex)
+    triangles = _one_way_round(gmsh, vertex, points)
     _check(points, triangles, file)
     points, names, curves = points.copy(), _names(gmsh), []
     for _, tag in gmsh.model.getEntities(1):
@@ -153,6 +153,22 @@ def _elements(gmsh: Any, dimension: int, number: np.ndarray, tag: int = -1) -> n
     return number[np.concatenate(corners)]
 
 
+def _one_way_round(gmsh: Any, vertex: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Triangles (c, 3) of all surfaces; a surface that is drawn clockwise is turned over."""
+    found = []
+    for _, tag in gmsh.model.getEntities(2):
+        triangles = _elements(gmsh, 2, vertex, tag)
+        clockwise = (_areas(points[triangles]) < 0).all()
+        found.append(triangles[:, [0, 2, 1]] if clockwise else triangles)
+    return np.concatenate(found)
+
+
+def _areas(corners: np.ndarray) -> np.ndarray:
+    """Areas (c,) of triangles with corners (c, 3, 2), negative if these go round clockwise."""
+    (x, y), (u, v) = (corners[:, i].T - corners[:, 0].T for i in (1, 2))
+    return np.asarray(0.5 * (x * v - y * u))
+
+
 def _curve_edges(
     gmsh: Any, tag: int, number: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -213,10 +229,10 @@ def _check(points: np.ndarray, triangles: np.ndarray, file: Path) -> None:
             f"{file}: {crowded} edges belong to more than two triangles; a film has no such edges"
         )
     x = points[triangles]
-    side = x[:, 1:] - x[:, :1]
     if points.shape[1] == 2:
-        area = 0.5 * (side[:, 0, 0] * side[:, 1, 1] - side[:, 0, 1] * side[:, 1, 0])
+        area = _areas(x)
     else:
+        side = x[:, 1:] - x[:, :1]
         area = 0.5 * np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1)
         _check_sides(triangles, file)
     bad = np.abs(area) < 1e-12 * np.ptp(points, axis=0).max() ** 2

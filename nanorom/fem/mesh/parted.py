@@ -91,7 +91,7 @@ def is_followed(mass: AddedMass, scene: Scene) -> bool:
 
 def _room(mass: AddedMass, scene: Scene) -> float:
     """Least width in m of the gaps between a mass's rim and circles or sides that it does not meet,
-    0 where there is next to none.
+    of the film and of regions; 0 where there is next to none.
     """
     (x, y), r, geometry = mass.position, mass.radius, scene.geometry
     if isinstance(geometry, Rectangle):
@@ -103,6 +103,10 @@ def _room(mass: AddedMass, scene: Scene) -> float:
     for region in scene.patches:
         if isinstance(region, DiscRegion):
             circles += [(region.position, radius) for radius in region.radii]
+        else:
+            outline = np.array(region.corners) - (x, y)
+            sides = zip(outline, np.roll(outline, -1, axis=0))
+            gaps += [gap for gap in (_gap(r, *side) for side in sides) if gap > -ALIKE * r]
     for (x0, y0), radius in circles:
         away = np.hypot(x - x0, y - y0)
         if away or radius != r:
@@ -110,6 +114,15 @@ def _room(mass: AddedMass, scene: Scene) -> float:
             gaps += [gap] if gap > -ALIKE * r else []  # else they cross
     least = float(min(gaps))
     return least if least > ROOM * r else 0.0
+
+
+def _gap(radius: float, start: np.ndarray, end: np.ndarray) -> float:
+    """Between a circle about the origin and a line from (2,) to (2,), negative if they cross."""
+    along = end - start
+    share = np.clip(-(start @ along) / (along @ along), 0.0, 1.0)
+    nearest = np.linalg.norm(start + share * along)
+    farthest = max(np.linalg.norm(start), np.linalg.norm(end))
+    return float(max(nearest - radius, radius - farthest))
 
 
 def pieces(scene: Scene, length: float) -> tuple[Piece, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 import ufl
 from petsc4py import PETSc
 
+from nanorom.errors import SceneError, SolverError
 from nanorom.fem.fields import discs
 from nanorom.fem.fields.places import weighed
 from nanorom.fem.solvers import algebra, compat
@@ -34,12 +35,12 @@ class PointMass:
 def add(matrix: PETSc.Mat, film: Any, masses: Sequence[PointMass]) -> None:
     """Add masses to the mass matrix of a film's deflections. Collective.
 
-    Raises SolverError if one lies outside the film.
+    Raises SceneError if a part of one lies off the film.
     """
     to_global = film.deflections.dofmap.index_map.local_to_global
     trial, test = ufl.TrialFunction(film.deflections), ufl.TestFunction(film.deflections)
     dx = film.dx(2 * film.degree)
-    for mass in masses:
+    for number, mass in enumerate(masses, 1):
         centre = np.asarray(mass.position)
         density = discs.density(film, centre, mass.radius, dx)
         if density is not None:
@@ -48,7 +49,14 @@ def add(matrix: PETSc.Mat, film: Any, masses: Sequence[PointMass]) -> None:
             continue
         points, weights = discs.rule(centre, mass.radius, ORDER * film.degree)
         weights = mass.value * weights / film.mirrors.copies
-        for dofs, values, weight in zip(*weighed(film, points, weights)):
+        try:
+            held = weighed(film, points, weights)
+        except SolverError:
+            raise SceneError(
+                f"mass.position: found mass {number}, a part of which lies off the film; allowed: "
+                "on the film, all of its disc of mass.radius"
+            ) from None
+        for dofs, values, weight in zip(*held):
             rows = to_global(dofs.astype(np.int32)).astype(PETSc.IntType)
             block = weight * np.outer(values, values)
             matrix.setValues(rows, rows, block, addv=PETSc.InsertMode.ADD_VALUES)

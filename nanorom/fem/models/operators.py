@@ -85,7 +85,7 @@ class ClassStiffness(Stiffness):
 def mass(plate: Plate) -> PETSc.Mat:
     """Mass of the deflections on all degrees of freedom, masses on the film included. Collective.
 
-    Raises SolverError if one of them lies outside the film.
+    Raises SceneError if one of them lies off the film.
     """
     matrix = algebra.assemble(plate.compiled(plate.mass_form))
     if plate.masses:

@@ -26,6 +26,8 @@ from nanorom.fem.tensors.tangent import tangent
 from nanorom.files.partial import Journal
 from nanorom.scene.scene import Scene
 
+FLAT_ALONE = "only for a film that neither its load nor its shape bends; leave it out, or both"
+
 
 @attrs.frozen(eq=False)
 class Force:
@@ -173,6 +175,18 @@ def motion_of(
     )
 
 
+def check_viscous(scene: Scene) -> None:
+    """Raise SceneError for a viscoelastic material in a film that is bent, or on springs."""
+    if scene.damping is None or scene.damping.material_time == 0:
+        return
+    if scene.support.springs:
+        raise SceneError("damping.material_time: only for rigid supports; found springs")
+    load = scene.load
+    bends = load is not None and load.deflects and load.gates is None
+    if bends or scene.plate.initial_shape is not None:
+        raise SceneError(f"damping.material_time: {FLAT_ALONE}")
+
+
 def viscous(scene: Scene, scales: Scales, modes: Modes) -> dict[str, np.ndarray]:
     """Parts of the force that a viscoelastic material damps, if the scene has one. Collective.
 
@@ -183,10 +197,8 @@ def viscous(scene: Scene, scales: Scales, modes: Modes) -> dict[str, np.ndarray]
     if scene.damping is None or scene.damping.material_time == 0:
         return {}
     plate = modes.plate
-    if not plate.state.odd:
-        raise SceneError("damping.material_time: only for a film that its load leaves flat")
-    if plate.stiffness.springs:
-        raise SceneError("damping.material_time: only for rigid supports; found springs")
+    if not plate.state.odd:  # gates on both sides may leave it flat, which they alone know
+        raise SceneError(f"damping.material_time: {FLAT_ALONE}")
     in_plane = scene.reduction.in_plane
     pairs, _ = condensation.stretching_products(plate, modes.shapes, modes.parities, in_plane)
     return {

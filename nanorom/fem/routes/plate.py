@@ -27,7 +27,7 @@ from nanorom.fem.output.model import Parts, modal_products
 from nanorom.fem.plan import Plan
 from nanorom.fem.plan_text import Item
 from nanorom.fem.routes.about import discretised, static_state
-from nanorom.fem.routes.methods import Force, force_of, motion_of, viscous
+from nanorom.fem.routes.methods import Force, check_viscous, force_of, motion_of, viscous
 from nanorom.fem.routes.route import Route, step_cases
 from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
 from nanorom.fem.scales import Scales
@@ -214,9 +214,10 @@ class PlateRoute(Route):
     of_plates = True
 
     def check(self, scene: Scene) -> None:
-        """Raise SceneError for springs beyond what can be computed, too."""
+        """Raise SceneError for springs and viscous films that cannot be computed, too."""
         super().check(scene)
         check_springs(scene, Scales.of(scene))
+        check_viscous(scene)
 
     def groups(self, plan: Plan, ranks: int, memory: float) -> int:
         """Groups share classes of symmetry, which wait for each other less than ranks that share a

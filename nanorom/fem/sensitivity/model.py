@@ -20,15 +20,16 @@ from nanorom.fem.plan import Plan
 from nanorom.fem.routes.plate import Solution, solve
 from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.routes.tolerance import Refinement, solved_to_tolerance
+from nanorom.fem.scales import acting_tension
 from nanorom.fem.sensitivity import shapes, tensors
 from nanorom.fem.sensitivity.shapes import BENDING, POISSON, TENSION_X, TENSION_Y
 from nanorom.fem.solvers.groups import split
 from nanorom.fem.statics.state import Units
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.rom.patterns import reduced
-from nanorom.scene.geometry import Disc
+from nanorom.scene.geometry import Disc, MeshFile
 from nanorom.scene.scene import Scene
-from nanorom.scene.support import Edge
+from nanorom.scene.support import Edge, in_plane_of
 from nanorom.scene.units import with_unit
 from nanorom.types import Progress
 
@@ -109,9 +110,21 @@ def check(scene: Scene) -> None:
         raise SceneError("support: derivatives are those on rigid supports; found springs or Edge")
     if scene.tension.variation is not None:
         raise SceneError("tension.variation: found; allowed with derivatives: none")
+    if any(scene.tension.principal) and _may_relax(scene):
+        raise SceneError(
+            "tension: found where it relaxes at an edge that is free in the plane; derivatives are "
+            "those of a tension that stays"
+        )
     if scene.tension.xy:
         shear = with_unit(scene.tension.xy, "N/m", 6)
         raise SceneError(f"tension.xy: found {shear}; allowed with derivatives: 0")
+
+
+def _may_relax(scene: Scene) -> bool:
+    """Whether the tension may not be what acts, as far as the scene tells without a mesh."""
+    if isinstance(scene.geometry, MeshFile):
+        return any(in_plane_of(kind) != "fixed" for kind in scene.support.kinds)
+    return acting_tension(scene) is None
 
 
 def model_slopes(

@@ -186,3 +186,25 @@ def test_what_cannot_be_moved_is_told_before_anything_is_reduced():
         nanorom.sensitivity(loaded, of=["q1"])
     with pytest.raises(SceneError, match="derivatives are those of a flat film"):
         nanorom.sensitivity(loaded, exact=True)
+
+
+def test_tension_that_relaxes_has_no_exact_derivatives():
+    """A strip that slides along one side: tension across it hardly acts, whatever it is."""
+    scene = nanorom.Scene(
+        geometry=nanorom.Rectangle("10 um", "6 um"),
+        plate=nanorom.Plate("60 nm", model="plate"),
+        material=nanorom.Material("250 GPa", 0.23, 3100),
+        tension=nanorom.Tension(0.5, 0.3),
+        support=nanorom.Support({"left": "clamped", "right": "clamped"}),
+        modes=nanorom.Modes(1),
+        accuracy=nanorom.Accuracy(degree=6, mesh_size=2e-6),
+    )
+    with pytest.raises(SceneError, match="tension: found where it relaxes"):
+        nanorom.sensitivity(scene, of=["f1"], by=["tension.y"], exact=True)
+    table = nanorom.sensitivity(scene, of=["f1"], by=["tension.x", "tension.y"])
+    assert abs(table["f1", "tension.y"]) < 0.2 * table["f1", "tension.x"]
+    step, ends = 2e-3, []
+    for sign in (1, -1):
+        beside = scene.with_(tension=nanorom.Tension(0.5, 0.3 * np.exp(sign * step)))
+        ends.append(np.log(nanorom.reduce(beside).frequency[0]))
+    assert table["f1", "tension.y"] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-7)
