@@ -192,7 +192,7 @@ def key_of(system: ModalSystem, omega: tuple[float, float], options: dict[str, A
     digest = hashlib.sha256(repr((version(), omega, sorted(options.items()))).encode())
     for name, array in system.arrays().items():
         digest.update(name.encode())
-        digest.update(np.ascontiguousarray(array).reshape(-1))
+        digest.update(np.ascontiguousarray(array).reshape(-1).data)
     return digest.hexdigest()
 
 
