@@ -221,7 +221,10 @@ class Verified:
 
     def facts(self) -> list[str]:
         """What there is to say of all rows."""
+        left = np.empty(0) if self.left is None else self.left[np.isfinite(self.left)]
         lines = [f"{int(self.solved.sum())} of {len(self)} orbits found in the film"]
+        if not len(left) and not self.solved.any():
+            lines = [f"{len(self)} orbits, none of them solved for in the film"]
         if any(turns(each) for each in self.type):
             lines.append("* of a fold: the error of its frequency")
         errors = np.abs(self.error[self.solved])
@@ -232,7 +235,6 @@ class Verified:
         for count in sorted(set(named) - {min(named, default=0)}):
             lines.append(f"{int((named == count).sum())} of them by way of {count:.0f} modes")
         lines += self._stability()
-        left = np.empty(0) if self.left is None else self.left[np.isfinite(self.left)]
         if len(left):
             ends = f"{left.min():.0e} to {left.max():.0e}" if len(left) > 1 else f"{left[0]:.0e}"
             lines.append(f"{len(left)} not found: the search ended at a residual of {ends}")

@@ -75,6 +75,7 @@ def test_estimates_are_to_be_had_without_the_film_s_orbits(pressed, verified):
     alone = nanorom.verify(scene, response, level=2, points=POINTS, solve=False)
     assert not alone.solved.any()
     assert alone.estimate == pytest.approx(verified.estimate, rel=1e-6)
+    assert "none of them solved for" in alone.text()
 
 
 def test_search_in_vain_says_how_far_it_came(pressed, monkeypatch):

@@ -356,7 +356,10 @@ def _beyond(degree: int) -> list[int]:
 
 
 def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
-    """What shapes (local dofs, n) leave out in the cells at their peaks: rms, relative (n,)."""
+    """What shapes (local dofs, n) leave out in the cells at their peaks: rms, relative (n,).
+
+    Errors of cells go on in those beside them: what is longer than the peak is away counts too.
+    """
     dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
     coefficients = _Polynomials.of(plate.degree).coefficients
     heights, tails = [np.empty((0, shapes.shape[1]))], [np.empty((3, 0, shapes.shape[1]))]
@@ -368,8 +371,28 @@ def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
         parts = [2 * squares[:, i:].sum(axis=1) for i in _beyond(plate.degree)]
         tails.append(np.array(parts))
     height, squares = np.concatenate(heights), np.concatenate(tails, axis=1)
-    highest = height.max(axis=0, initial=0.0)
-    plate.domain.comm.Allreduce(MPI.IN_PLACE, highest, op=MPI.MAX)
-    at_peak = np.where(height > AT_PEAK * highest, squares, 0.0).max(axis=1, initial=0.0)
+    middles, spans = _middles(plate)
+    highest, places = _highest(plate.domain.comm, height, middles)
+    away = np.linalg.norm(middles[:, None] - places, axis=2)
+    near = (height > AT_PEAK * highest) | (away <= spans[:, None])
+    at_peak = np.where(near, squares, 0.0).max(axis=1, initial=0.0)
     plate.domain.comm.Allreduce(MPI.IN_PLACE, at_peak, op=MPI.MAX)
     return np.asarray(np.sqrt(extrapolated(at_peak)) / highest)
+
+
+def _middles(plate: Plate) -> tuple[np.ndarray, np.ndarray]:
+    """Middles (c, 2) and longest sides (c,) of this rank's cells."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    x = quadrature.map_cells(plate, np.arange(quadrature.owned_cells(plate)), corners)[0]
+    return x.mean(axis=1), np.linalg.norm(x - np.roll(x, 1, axis=1), axis=2).max(axis=1)
+
+
+def _highest(
+    comm: MPI.Intracomm, height: np.ndarray, middles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Largest of the cells' values (c, n), and the middles (n, 2) of the cells that have it."""
+    cells = height.argmax(axis=0) if len(height) else []
+    own = height.max(axis=0, initial=-1.0), middles[cells]
+    highest, places = zip(*(part for part in comm.allgather(own) if len(part[1])))
+    rank, modes = np.argmax(highest, axis=0), np.arange(height.shape[1])
+    return np.array(highest)[rank, modes], np.array(places)[rank, modes]
