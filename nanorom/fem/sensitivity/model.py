@@ -82,13 +82,18 @@ class ModelSlopes:
 
 def scene_keys(scene: Scene) -> dict[str, dict[str, float]]:
     """By key of a scene, what it changes: d ln(quantity) / d ln(key), or d nu / d ln(key)."""
-    nu = scene.material.poisson_ratio
+    material, nu = scene.material, scene.material.poisson_ratio
     found: dict[str, dict[str, float]] = {
         "plate.thickness": {BENDING: 3.0, STRETCHING: 1.0, MASS: 1.0},
-        "material.youngs_modulus": {BENDING: 1.0, STRETCHING: 1.0},
-        "material.poisson_ratio": {POISSON: nu, BENDING: 2 * nu**2 / (1 - nu**2)},
         "material.density": {MASS: 1.0},
     }
+    if not material.crystalline:  # whose other moduli stay
+        found["material.youngs_modulus"] = {BENDING: 1.0, STRETCHING: 1.0}
+        found["material.poisson_ratio"] = {POISSON: nu, BENDING: 2 * nu**2 / (1 - nu**2)}
+    if material.bending is not None:  # it is none of the others'
+        for shares in found.values():
+            shares.pop(BENDING, None)
+        found["material.bending"] = {BENDING: 1.0}
     pulls = {"x": (TENSION_X, scene.tension.x), "y": (TENSION_Y, scene.tension.y)}
     acting = {axis: {name: 1.0} for axis, (name, tension) in pulls.items() if tension}
     if acting:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from nanorom.errors import SceneError
+from nanorom.errors import SceneError, SolverError
 from nanorom.fem.sensitivity import model
 from nanorom.fem.sensitivity.neighbours import neighbours
 from nanorom.results.near import Near, Tangent
@@ -28,8 +28,13 @@ def near_of(
     Collective.
     """
     if exact or _has_exact(scene, by):
-        found = model.model_slopes(scene, by, progress)
-        return Tangent(scene, found.value, found.slope, found.label, found.number)
+        try:
+            found = model.model_slopes(scene, by, progress)
+        except SolverError:  # modes too near each other for their shapes' equations
+            if exact:
+                raise
+        else:
+            return Tangent(scene, found.value, found.slope, found.label, found.number)
     return neighbours(scene, tables, directory, by, progress)
 
 
@@ -37,5 +42,7 @@ def _has_exact(scene: Scene, by: Sequence[str] | None) -> bool:
     try:
         model.check(scene)
     except SceneError:  # that there are none is what is asked
+        return False
+    if by is None and scene.material.crystalline:  # a part of its numbers has
         return False
     return not scene.lossy and set(by or ()) <= model.scene_keys(scene).keys()

@@ -31,6 +31,7 @@ from nanorom.types import Progress
 # what a film is made of and held by; the rest of a scene is about what is asked of it
 SECTIONS = ("geometry", "plate", "material", "tension", "support", "load", "gas", "mass")
 PARTS = ("region", "layer")
+PARTNERS = 2  # modes beyond those of the scene, among which one may be that has gone up
 
 
 def keys_of(scene: Scene, tables: Mapping[str, Any]) -> list[str]:
@@ -62,18 +63,26 @@ def neighbours(
     scenes = dict(_beside(scene, tables, directory, by))
     total, done = 1 + len(PLACES) * len(scenes), 0
 
-    def reduced(each: Scene) -> ReducedModel:
+    def counted() -> None:
         nonlocal done
         if progress is not None:
             progress("neighbours", done, total)
         done += 1
+
+    def reduced(each: Scene) -> ReducedModel:
+        counted()
         with warnings.catch_warnings():
-            if each is not scene:  # its own are told
-                warnings.simplefilter("ignore", UserWarning)
-            return reduce_scene(each, comm=comm)
+            warnings.simplefilter("ignore", UserWarning)  # the scene's own are told
+            found = reduce_scene(each, comm=comm)
+            if set(found.label) == set(model.label) or not isinstance(scene.modes.count, int):
+                return found
+            # a pair that the last mode is one of has changed its order
+            found = reduce_scene(each.with_(modes=scene.modes.count + PARTNERS), comm=comm)
+        return found.select(model.label) if set(model.label) <= set(found.label) else found
 
     with kept.for_more():
-        model = reduced(scene)
+        counted()
+        model = reduce_scene(scene, comm=comm)
         beside = {key: [reduced(each) for each in others] for key, others in scenes.items()}
     return Neighbours(scene, model, beside)
 

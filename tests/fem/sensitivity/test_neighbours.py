@@ -10,7 +10,7 @@ import nanorom
 from nanorom.cli.main import main
 from nanorom.errors import ModelError, SceneError
 from nanorom.exact import cases
-from nanorom.fem.sensitivity.model import model_slopes
+from nanorom.fem.sensitivity.model import model_slopes, scene_keys
 from nanorom.fem.sensitivity.neighbours import neighbours
 from nanorom.results.near import Tangent
 
@@ -208,3 +208,28 @@ def test_tension_that_relaxes_has_no_exact_derivatives():
         beside = scene.with_(tension=nanorom.Tension(0.5, 0.3 * np.exp(sign * step)))
         ends.append(np.log(nanorom.reduce(beside).frequency[0]))
     assert table["f1", "tension.y"] == pytest.approx((ends[0] - ends[1]) / (2 * step), abs=1e-7)
+
+
+@pytest.mark.parametrize("of_crystals", [False, True])
+def test_exact_derivatives_know_what_a_material_says_by_itself(of_crystals):
+    """A bending stiffness that is stated is none of Young's modulus; moduli of a crystal stay."""
+    own = {"bending": 8e-15} if not of_crystals else {"shear_modulus": 8e10, "orientation": 0.3}
+    scene = nanorom.Scene(
+        geometry=nanorom.Disc("3 um"),
+        plate=nanorom.Plate("60 nm", model="plate"),
+        material=nanorom.Material("250 GPa", 0.23, 3100, **own),
+        tension=nanorom.Tension(0.2, 0.25),
+        modes=nanorom.Modes(1),
+        accuracy=nanorom.Accuracy(tolerance=1e-5),
+    )
+    keys = list(scene_keys(scene))
+    assert ("material.youngs_modulus" in keys) is not of_crystals
+    exact = nanorom.sensitivity(scene, of=["f1", "b111"], by=keys, exact=True)
+    tables = tomllib.loads(scene.to_toml())
+    near = neighbours(scene, tables, Path(), keys)
+    for row, name in zip(exact.relative, exact.of):
+        found = near.quantity(name)
+        beside = np.array(found.slope)[: len(keys)] / found.value
+        assert row == pytest.approx(beside, abs=INTERPOLATED)
+    if of_crystals:
+        assert "material.youngs_modulus" in nanorom.sensitivity(scene, of=["f1"]).by
