@@ -38,7 +38,7 @@ def write_auto(
     ]
     for kind, tensor in (
         (5, -symmetrise_quadratic(scaled.quadratic)),
-        (6, -symmetrise_cubic(scaled.cubic)),
+        (6, -symmetrise_cubic(scaled.cubic.copy())),
         (7, -scaled.loss),
     ):
         for position in np.argwhere(tensor):
