@@ -220,7 +220,7 @@ def test_exact_derivatives_know_what_a_material_says_by_itself(of_crystals):
         material=nanorom.Material("250 GPa", 0.23, 3100, **own),
         tension=nanorom.Tension(0.2, 0.25),
         modes=nanorom.Modes(1),
-        accuracy=nanorom.Accuracy(tolerance=1e-5),
+        accuracy=nanorom.Accuracy(tolerance=1e-7),
     )
     keys = list(scene_keys(scene))
     assert ("material.youngs_modulus" in keys) is not of_crystals
