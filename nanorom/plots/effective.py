@@ -12,6 +12,7 @@ from nanorom.plots.style import COLUMN, save, scaled, styled
 from nanorom.results.effective import Effective
 
 MOST_BARS = 7  # parts that are drawn, the largest ones
+BAR = 0.13  # of a panel's height
 
 
 @styled
@@ -22,11 +23,13 @@ def effective_figure(effective: Effective, path: str | Path | None = None) -> Fi
     coefficient that a fit up to an amplitude returns, by that of small ones, and the rate of decay;
     what shifts the frequency.
     """
-    figure = Figure(figsize=(COLUMN, 2.0 * COLUMN), layout="constrained")
-    above, middle, below = figure.subplots(3, 1)
+    names, shift = _shifts(effective)
+    low = 0.3 + BAR * len(names)  # a panel as tall as its bars need
+    figure = Figure(figsize=(COLUMN, (1.3 + 0.5 * low) * COLUMN), layout="constrained")
+    above, middle, below = figure.subplots(3, 1, height_ratios=[1, 1, low])
     _backbone(above, effective)
     _fits(middle, effective)
-    _parts(below, effective)
+    _parts(below, names, shift)
     if path is not None:
         save(figure, path)
     return figure
@@ -57,8 +60,8 @@ def _fits(axes: Axes, effective: Effective) -> None:
     axes.legend()
 
 
-def _parts(axes: Axes, effective: Effective) -> None:
-    """What each part of the coefficients shifts the frequency by at the largest amplitude."""
+def _shifts(effective: Effective) -> tuple[list[str], np.ndarray]:
+    """What parts of the coefficients shift the frequency by at the largest amplitude, by name."""
     a, k = effective.amplitude[-1], effective.stiffness
     cubic = 3 / 8 * effective.part_cubic * a**2 / k
     quintic = 5 / 16 * effective.part_quintic * a**4 / k
@@ -66,14 +69,17 @@ def _parts(axes: Axes, effective: Effective) -> None:
     shift = np.concatenate([cubic, quintic])
     order = np.argsort(-np.abs(shift))[:MOST_BARS]
     order = order[shift[order] != 0][::-1]
-    hardens = shift[order] > 0
-    axes.barh(
-        [names[i] for i in order],
-        np.abs(shift[order]),
-        color=["C0" if up else "C3" for up in hardens],
-    )
+    return [names[i] for i in order], shift[order]
+
+
+def _parts(axes: Axes, names: list[str], shift: np.ndarray) -> None:
+    """A bar for each part, by colour upwards or downwards."""
+    places = np.arange(len(names))
+    for colour, text, own in (("C0", "upwards", shift > 0), ("C3", "downwards", shift < 0)):
+        if own.any():
+            axes.barh(places[own], np.abs(shift[own]), height=0.6, color=colour, label=text)
+    axes.set_yticks(places, names)
+    axes.set_ylim(-0.6, max(len(names), 1) - 0.4)
     axes.set_xscale("log")
     axes.set_xlabel("relative shift of the frequency")
-    for colour, text in (("C0", "upwards"), ("C3", "downwards")):
-        axes.plot([], [], "s", color=colour, label=text)
-    axes.legend()
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

@@ -37,12 +37,13 @@ def verified_figure(verified: Verified, path: str | Path | None = None) -> Figur
         for branch in np.unique(verified.branch[own]):
             rows = own[verified.branch[own] == branch]
             _branch(above, below, verified, rows, colour, frequency / (2 * np.pi), length)
-    above.set_ylabel(f"amplitude of the largest mode ({length_unit})")
+    above.set_ylabel(f"largest amplitude ({length_unit})")
     below.set_ylabel("relative error")
     below.set_yscale("log")
     below.set_xlabel(f"drive frequency ({frequency_unit})")
     above.plot([], [], ".-", color="0.4", ms=3, label="model, with its estimated error")
-    above.plot([], [], "o", color="0.4", mfc="none", ms=4, label="film")
+    if np.isfinite(verified.full).any():
+        above.plot([], [], "o", color="0.4", mfc="none", ms=4, label="film")
     above.legend()
     if path is not None:
         save(figure, path)
