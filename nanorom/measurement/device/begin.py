@@ -117,8 +117,8 @@ def _reducer() -> Callable[[Scene, Sequence[str]], ModelSlopes]:
     from nanorom.launch import finite_elements
 
     with finite_elements():
-        from nanorom.fem.sensitivity.model import model_slopes
-    return model_slopes
+        from nanorom.fem.sensitivity.near import slopes_of
+    return slopes_of
 
 
 def _near(scene: Scene, frequency: Array, request: Request, known: Sequence[str]) -> Scene:

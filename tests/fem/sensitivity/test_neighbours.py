@@ -11,6 +11,7 @@ from nanorom.cli.main import main
 from nanorom.errors import ModelError, SceneError
 from nanorom.exact import cases
 from nanorom.fem.sensitivity.model import model_slopes, scene_keys
+from nanorom.fem.sensitivity.near import slopes_of
 from nanorom.fem.sensitivity.neighbours import neighbours
 from nanorom.results.near import Tangent
 
@@ -233,3 +234,16 @@ def test_exact_derivatives_know_what_a_material_says_by_itself(of_crystals):
         assert row == pytest.approx(beside, abs=INTERPOLATED)
     if of_crystals:
         assert "material.youngs_modulus" in nanorom.sensitivity(scene, of=["f1"]).by
+
+
+def test_fits_have_derivatives_of_films_that_have_no_exact_ones():
+    """A membrane on springs, and one without, whose exact derivatives are the same."""
+    scene = DRUM.with_(modes=1, plate=nanorom.Plate("10 nm", model="membrane"))
+    exact = slopes_of(scene, ["tension.x", "material.density"])
+    rigid = nanorom.Support(nanorom.Spring("1e14 N/m^2"))  # by T/R = 1e5 all but rigid
+    near = slopes_of(scene.with_(support=rigid), ["tension.x", "material.density"])
+    assert near.label == exact.label
+    for key in ("tension.x", "material.density"):
+        wanted, found = exact.slope[key], near.slope[key]
+        assert found.frequency == pytest.approx(wanted.frequency, rel=1e-6)
+        assert found.cubic == pytest.approx(wanted.cubic, rel=1e-5, abs=1e-7 * exact.value.cubic)
