@@ -26,6 +26,7 @@ from nanorom.measurement.device.start import from_peaks
 from nanorom.measurement.sweeps.peaks import CONFIDENCE, Estimate, Peak, find_peaks, is_alike
 from nanorom.scene.excitation import Damping
 from nanorom.scene.scene import Scene
+from nanorom.scene.units import with_unit
 from nanorom.types import Array, Progress
 
 PART = 0.2  # of the largest share in what is not told: parameters that belong to it
@@ -54,7 +55,7 @@ class Fitted:
     misfit: bool
 
 
-@attrs.frozen(eq=False, kw_only=True)
+@attrs.frozen(eq=False, kw_only=True, repr=False)
 class SweepIdentification:
     """What was found.
 
@@ -80,6 +81,16 @@ class SweepIdentification:
     unit_of_amplitude: str
     evaluations: int
     explored: int
+
+    def __repr__(self) -> str:
+        rows = sum(len(part.trace.frequency) for part in self.parts)
+        head = f"SweepIdentification of {len(self.estimate)} numbers from {rows} rows"
+        own = [
+            f"{title} = {with_unit(each.value, self.unit[title])} +- "
+            f"{with_unit(each.interval, self.unit[title], 2)}"
+            for title, each in self.estimate.items()
+        ]
+        return "\n  ".join([head, *own, *(["misfit: more is left than noise"] * self.misfit)])
 
     @property
     def misfit(self) -> bool:

@@ -73,6 +73,9 @@ def test_modulus_is_that_of_davidovikj_et_al(found):
     assert found.open == ()
     assert found.scene.material.youngs_modulus == modulus.value
     assert found.frequency[0] == pytest.approx(FREQUENCY, rel=2e-4)
+    shown = repr(found)
+    assert "youngs_modulus = 59" in shown and "GPa +- " in shown
+    assert len(shown) < 400
 
 
 def test_outliers_and_a_wrong_start_change_little(clean, found):
