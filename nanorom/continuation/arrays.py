@@ -4,13 +4,41 @@ large ones.
 
 from __future__ import annotations
 
+import textwrap
+from typing import Any, TypeVar
+
+import attrs
 import numpy as np
 
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
 
 HALF = 1 << 53 - 43 - 1  # of the last of 43 bits that are kept, of the 53 of a number
+FEW = 6  # entries of an array that is shown as it is
 TEMPORARY = 500_000  # entries of a temporary array: it stays near the processor, and small
+
+Kind = TypeVar("Kind")
+
+
+def brief(cls: type[Kind]) -> type[Kind]:
+    """A class of attrs, whose results are shown in a few lines: long arrays by their shapes."""
+
+    fields: Any = attrs.fields(cls)  # type: ignore[arg-type]
+
+    def shown(self: Any) -> str:
+        own = [f"{f.name}={_short(getattr(self, f.name))}" for f in fields if f.repr]
+        return textwrap.fill(f"{cls.__name__}({', '.join(own)})", 96, subsequent_indent="  ")
+
+    setattr(cls, "__repr__", shown)  # noqa: B010 - mypy knows of no other way
+    return cls
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"array {value.shape}" if value.size > FEW else repr(value.tolist())
+    if isinstance(value, (list, tuple)) and len(value) > FEW:
+        return f"{len(value)} x {type(value[0]).__name__}"
+    return " ".join(repr(value).split())
 
 
 def finite(value: object) -> bool:

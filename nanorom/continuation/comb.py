@@ -15,6 +15,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.ensemble.ensemble import ensemble_of, members_of
 from nanorom.continuation.ensemble.sweeps import sweeps
 from nanorom.continuation.system import ModalSystem
@@ -27,6 +28,7 @@ PER_PERIOD = 32  # samples of a period of the drive: lines up to its 16th harmon
 AT_ONCE = 16  # records made at once: some 100 MB of eleven modes
 
 
+@brief
 @attrs.frozen(eq=False)
 class Comb:
     """omega (n,): drive frequencies, rad per unit of time; frequency (m,): middles of the cells of

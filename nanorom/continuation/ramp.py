@@ -12,7 +12,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from nanorom.continuation.arrays import finite
+from nanorom.continuation.arrays import brief, finite
 from nanorom.continuation.integration import check_periods, integrated
 from nanorom.continuation.lockin import LEAST_PERIODS, PER_PERIOD, centres, demodulate
 from nanorom.continuation.scaled import ScaledSystem
@@ -25,6 +25,7 @@ from nanorom.types import Array, Numbers
 TURN = 2 * np.pi
 
 
+@brief
 @attrs.frozen(eq=False)
 class Ramp:
     """What a lock-in amplifier records during a ramp, in units of the system.

@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from nanorom.continuation.arrays import finite
+from nanorom.continuation.arrays import brief, finite
 from nanorom.continuation.integration import check_periods, integrated
 from nanorom.continuation.lockin import PER_PERIOD, centres, demodulate
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
@@ -26,6 +26,7 @@ ROUNDS = 3  # of mixing with a better phase
 TURN = 2 * np.pi
 
 
+@brief
 @attrs.frozen(eq=False)
 class RingDown:
     """A free motion in time, in units of the system.

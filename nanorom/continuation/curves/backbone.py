@@ -12,7 +12,7 @@ from dataclasses import replace
 import attrs
 import numpy as np
 
-from nanorom.continuation.arrays import nothing
+from nanorom.continuation.arrays import brief, nothing
 from nanorom.continuation.branches.trace import Tracer
 from nanorom.continuation.orbits.harmonics import Support, close_support
 from nanorom.continuation.orbits.orbit import Orbit, PeriodicOrbit, orbit_amplitudes
@@ -29,6 +29,7 @@ PARTS = (0.0, 1 / 3, 2 / 3)  # of a step at which there are points
 ABSENT = 1e-12  # of a linear mode: coordinates that do not take part
 
 
+@brief
 @attrs.frozen(eq=False)
 class Backbone:
     """omega (n,) of the free motion in rad per unit of time, amplitude (n, L) = max |q_r| in the

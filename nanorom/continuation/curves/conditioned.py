@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.curves.curve import Curve, Point
 from nanorom.continuation.curves.orbits import Orbits, in_units
 from nanorom.continuation.curves.parameter import Parameter
@@ -26,6 +27,7 @@ EDGE = 1e-9  # of a scaled level at an end of a range
 TRUNCATION = 1e-11  # of multipliers that tell stability
 
 
+@brief
 @attrs.frozen(eq=False, kw_only=True)
 class OrbitCurve(Orbits):
     """A family of periodic orbits along a parameter, in the units of the system.

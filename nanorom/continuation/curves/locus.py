@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.curves.codimension_two import NAMES
 from nanorom.continuation.curves.conditioned import multipliers_of
 from nanorom.continuation.curves.critical_curve import CriticalCurve
@@ -46,6 +47,7 @@ class DoublePoint:
         return NAMES[self.type]
 
 
+@brief
 @attrs.frozen(eq=False, kw_only=True)
 class Locus(Orbits):
     """A curve of special points of one type, along a parameter; turns are cusps or tips of tongues.

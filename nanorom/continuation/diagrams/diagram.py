@@ -5,6 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.types import Array
 
@@ -50,6 +51,7 @@ class SpecialPoint:
         )
 
 
+@brief
 @attrs.define(eq=False)
 class Branch:
     """A branch of periodic orbits of period period_multiple * 2 pi / omega, in the system's units.

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.ensemble.sweeps import Sweeps, sweeps
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import ContinuationError
@@ -20,6 +21,7 @@ SAME = 1e-2  # of the largest state: how far ends of one motion may be from each
 ROAMING, GONE = -1, -2  # of what has not settled, and of what has left all bounds
 
 
+@brief
 @attrs.frozen(eq=False)
 class Basins:
     """Where starts in a plane of states settle.

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 from scipy.special import betaincinv
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.ensemble.sweeps import Sweeps
 from nanorom.errors import ContinuationError
 from nanorom.types import Array
@@ -17,6 +18,7 @@ ALIVE = 0.5  # of the largest amplitude of a sweep; below, it has fallen down
 LEVEL = 0.95  # of the intervals
 
 
+@brief
 @attrs.frozen(eq=False)
 class Falls:
     """Where B sweeps over the same n frequencies have fallen down.

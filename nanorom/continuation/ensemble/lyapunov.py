@@ -11,6 +11,7 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.ensemble.ensemble import Ensemble, Members, ensemble_of, members_of
 from nanorom.continuation.system import ModalSystem
 from nanorom.continuation.threads import one_thread
@@ -23,6 +24,7 @@ LEAST_PERIODS = 100
 TINY = 1e-300  # of a tangent: that of a state of first order that does not matter
 
 
+@brief
 @attrs.frozen(eq=False)
 class Lyapunov:
     """Exponents of B motions.

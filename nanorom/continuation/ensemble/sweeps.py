@@ -12,6 +12,7 @@ from collections.abc import Callable
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.ensemble.ensemble import Ensemble, ensemble_of, members_of
 from nanorom.continuation.sweep import CHUNK, REST, SAMPLES, largest
 from nanorom.continuation.system import ModalSystem
@@ -21,6 +22,7 @@ from nanorom.types import Array, Numbers
 TURNS = 2  # periods of the drive in which a doubled motion comes back
 
 
+@brief
 @attrs.frozen(eq=False)
 class Sweeps:
     """B sweeps of n frequencies each.

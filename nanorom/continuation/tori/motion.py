@@ -5,6 +5,7 @@ from __future__ import annotations
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.tori.invariance import Curve
 from nanorom.continuation.tori.return_map import ReturnMap
 from nanorom.types import Array, Numbers
@@ -16,6 +17,7 @@ CANDIDATES = 3  # places of the grid from which it is made precise
 NEWTON_STEPS = 4
 
 
+@brief
 @attrs.frozen(eq=False)
 class QuasiPeriodic:
     """q(t) = Re sum_mk c_mk exp(i (m theta_1 + k theta_2)), theta_1 = omega t / period_multiple,

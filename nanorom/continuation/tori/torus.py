@@ -8,6 +8,7 @@ from fractions import Fraction
 import attrs
 import numpy as np
 
+from nanorom.continuation.arrays import brief
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.continuation.tori.motion import QuasiPeriodic
 from nanorom.types import Array
@@ -21,6 +22,7 @@ TORUS_POINTS = {
 }
 
 
+@brief
 @attrs.frozen(eq=False)
 class TorusState:
     """One torus of a family.
@@ -52,6 +54,7 @@ class TorusState:
         return self.second / self.omega
 
 
+@brief
 @attrs.frozen(eq=False)
 class TorusPoint:
     """A bifurcation of tori: type is one of `TORUS_POINTS`."""
@@ -101,6 +104,7 @@ class ResonanceTongue:
         return self.high - self.low
 
 
+@brief
 @attrs.define(eq=False)
 class Torus:
     """A family of tori in the order in which it was followed.
