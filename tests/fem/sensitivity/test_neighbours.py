@@ -246,4 +246,6 @@ def test_fits_have_derivatives_of_films_that_have_no_exact_ones():
     for key in ("tension.x", "material.density"):
         wanted, found = exact.slope[key], near.slope[key]
         assert found.frequency == pytest.approx(wanted.frequency, rel=1e-6)
-        assert found.cubic == pytest.approx(wanted.cubic, rel=1e-5, abs=1e-7 * np.abs(exact.value.cubic).max())
+        assert found.cubic == pytest.approx(
+            wanted.cubic, rel=1e-5, abs=1e-7 * np.abs(exact.value.cubic).max()
+        )
