@@ -1,4 +1,4 @@
-"""Drives of several harmonics with phases: the film's orbits under them, by independent solutions."""
+"""The film's orbits under several harmonics of one drive, by independent solutions."""
 
 import numpy as np
 import pytest
