@@ -75,7 +75,7 @@ def compare(
     orbit of all named modes, and while few directions solve for a correction.
     """
     film, problem = driven.film, pose(driven, point.orbit)
-    fixed = Border.fixed(point.orbit.harmonics, problem.model.size)
+    fixed = Border.fixed(problem.equations.harmonics, problem.model.size)
     across = problem.across()
     borders = [across] if turns(point.type) else [fixed, across]
     search = _solved(problem, borders, near, patient) if solve else _Search(None, borders[0])

@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from nanorom.continuation.drive import Drive as Term
+from nanorom.continuation.drive import terms
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import SceneError
 from nanorom.fem.symmetry import Parity
 from nanorom.scene.drive import Drive
+from nanorom.scene.waves import Harmonic
 from nanorom.types import Array
 from nanorom.verification.assembled import Film, on_free
+
+COSINE = (Harmonic(1, direct=1.0, parametric=1.0),)  # the course of a drive that has no other
 
 
 def check(drive: Drive) -> None:
     """Raise SceneError for a drive that full-order orbits do not know."""
-    if drive.harmonics is not None:
-        raise SceneError(
-            "drive.harmonics: found some; allowed: none, for orbits of the film are those of "
-            "cos(omega t) alone"
-        )
     if drive.source is not None:
         raise SceneError(
             f"drive.{drive.source}: orbits of the film do not know it; allowed: levels of "
@@ -30,13 +30,23 @@ def check(drive: Drive) -> None:
 
 
 class DrivenFilm:
-    """A film, its drive's patterns, and levels of them in SI units."""
+    """A film, its drive's patterns and their course in time, and levels of them in SI units."""
 
     def __init__(self, film: Film, drive: Drive, direct: float, parametric: float) -> None:
         check(drive)
         self.film, self.drive = film, drive
         self.direct, self.parametric = direct, parametric
+        self.harmonics = drive.harmonics or COSINE
         self._modulation: dict[Parity, Any] = {}
+
+    def course(self, name: str) -> Array:
+        """How the "direct" or the "parametric" drive goes in time, (2K + 1,) by the terms 1,
+        cos(omega t), sin, cos(2 omega t), ... to the highest harmonic K of both.
+        """
+        factors = [
+            Term(each.harmonic, each.phase, direct=[getattr(each, name)]) for each in self.harmonics
+        ]
+        return terms(factors, "direct", np.zeros(1))[0]
 
     @property
     def material_time(self) -> float:
@@ -47,7 +57,7 @@ class DrivenFilm:
     @cached_property
     def forces(self) -> dict[Parity, Array]:
         """Direct force (free,) on the classes that it drives."""
-        if self.direct == 0.0:
+        if self.direct == 0.0 or not self.course("direct").any():
             return {}
         scale = self.direct / self.film.units.force
         found = on_free(self.film, self.drive.pattern.force(self.film.work))
@@ -55,7 +65,7 @@ class DrivenFilm:
 
     def modulation(self, parity: Parity) -> Any:
         """Operator (free, free) on what is modulated, None if nothing is."""
-        if self.parametric == 0.0:
+        if self.parametric == 0.0 or not self.course("parametric").any():
             return None
         if parity not in self._modulation:
             scale, work = self.parametric / self.film.units.stiffness, self.film.work
@@ -84,8 +94,15 @@ class DrivenFilm:
             quadratic=self._tensor("quadratic"),
             cubic=self._tensor("cubic"),
             cubic_damping=time * self._tensor("stretching") if viscous else None,
-            direct=direct,
-            parametric=parametric,
+            drives=[
+                Term(
+                    each.harmonic,
+                    each.phase,
+                    direct=each.direct * direct,
+                    parametric=each.parametric * parametric,
+                )
+                for each in self.harmonics
+            ],
         )
 
     def _tensor(self, name: str) -> Array:

@@ -1,6 +1,8 @@
 """Harmonic balance of the discretised film: residual, derivative, and the norm they are told in.
 
-    M w'' + C w' + (K + p cos(omega t) P) w + F(w) = f cos(omega t)
+    M w'' + C w' + (K + p(t) P) w + F(w) = g(t) f
+
+with the courses g and p of the drive, cos(omega t) most often.
 
 Unknowns are the Fourier coefficients of every free degree of freedom, (n, 2H + 1) in the order
 1, cos, sin, cos 2, ... of theta = rate t, rate = omega / period_multiple.  The force is evaluated
@@ -27,17 +29,21 @@ from nanorom.verification.symmetry import Classes
 class Drive:
     """Direct force by class (n,), and what the modulation multiplies, by class (n, n) operators.
 
-    Both at the levels that act.
+    Both at the levels that act, with their courses (2K + 1,) in the terms 1, cos(omega t), sin,
+    cos(2 omega t), ...
     """
 
     direct: Sequence[Array]
-    modulation: Sequence[Any] | None = None
+    course: Array
+    modulation: Sequence[Any] | None
+    modulation_course: Array
 
 
 class OrbitEquations:
     """R(X, rate) = 0 of a film in some classes of symmetry under a drive.
 
-    material_time : of a viscoelastic material, film-scaled, 0 for none.
+    material_time : of a viscoelastic material, film-scaled, 0 for none.  The harmonics are those of
+    the drive at least.
     """
 
     def __init__(
@@ -61,10 +67,13 @@ class OrbitEquations:
         weights = np.full(2 * harmonics + 1, 2.0 / samples)
         weights[0] = 1.0 / samples
         self.analysis = np.ascontiguousarray(self.synthesis.T * weights)
-        self.wave = np.cos(period_multiple * angles)
+        self.wave = fourier_matrix(period_multiple * angles, _tones(drive.modulation_course))
+        self.wave = self.wave @ drive.modulation_course
         self.weights = np.where(self.numbers == 0, 1.0, 0.5)  # of a mean square
         self.direct = np.zeros((self.offsets[-1], 2 * harmonics + 1))
-        self.direct[:, 2 * period_multiple - 1] = np.concatenate(drive.direct)
+        self.direct[:, _places(drive.course, period_multiple)] = np.outer(
+            np.concatenate(drive.direct), drive.course
+        )
 
     @property
     def size(self) -> int:
@@ -162,3 +171,14 @@ class OrbitEquations:
         if direct > 0:
             return direct
         return self.norm(self.modulated(x @ self.synthesis) @ self.analysis)
+
+
+def _tones(course: Array) -> int:
+    """The highest harmonic K of a course (2K + 1,)."""
+    return len(course) // 2
+
+
+def _places(course: Array, period_multiple: int) -> np.ndarray:
+    """Where the terms of a course (2K + 1,) of omega t are among those of rate t."""
+    sines = np.arange(1, _tones(course) + 1) * 2 * period_multiple
+    return np.concatenate([[0], np.column_stack([sines - 1, sines]).ravel()])

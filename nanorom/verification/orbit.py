@@ -93,7 +93,7 @@ def full_orbit(
     direct, parametric = _levels(patterns, direct, parametric)
     film = film or assemble(scene, more)
     problem = pose(DrivenFilm(film, patterns, direct, parametric), orbit)
-    border = Border.fixed(orbit.harmonics, problem.model.size)
+    border = Border.fixed(problem.equations.harmonics, problem.model.size)
     start = problem.nearer(border) or (problem.start, problem.rate)
     return told(problem, correct(problem.model, *start, border, tolerance))
 

@@ -88,6 +88,8 @@ def pose(driven: DrivenFilm, orbit: PeriodicOrbit) -> Problem:
             f"orbit: found coefficients of shape {orbit.coefficients.shape}; allowed: (2H + 1, "
             f"{count}), for the scene has {count} modes"
         )
+    course = driven.course("direct")
+    orbit = orbit.with_harmonics(len(course) // 2 * orbit.period_multiple)
     classes = _taking_part(driven, orbit)
     rate = orbit.omega / orbit.period_multiple * film.units.time
     highest = _rung(REACH * rate * orbit.harmonics)
@@ -98,7 +100,12 @@ def pose(driven: DrivenFilm, orbit: PeriodicOrbit) -> Problem:
         film.discrete,
         classes,
         dynamics,
-        Drive(pushed, modulated if driven.parametric else None),
+        Drive(
+            pushed,
+            course,
+            None if any(each is None for each in modulated) else modulated,
+            driven.course("parametric"),
+        ),
         orbit.harmonics,
         orbit.period_multiple,
         driven.material_time,
@@ -134,4 +141,10 @@ def _some(system: ModalSystem, active: np.ndarray) -> ModalSystem:
         for name, array in arrays
         if isinstance(array, np.ndarray)
     }
-    return ModalSystem(**parts)
+    drives = [
+        attrs.evolve(
+            drive, direct=drive.direct[active], parametric=drive.parametric[np.ix_(active, active)]
+        )
+        for drive in system.drives
+    ]
+    return ModalSystem(**parts, drives=drives)

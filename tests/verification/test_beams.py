@@ -6,6 +6,7 @@ import pytest
 from scipy.special import ellipk
 
 import nanorom
+from nanorom.continuation.drive import CARRIER
 from nanorom.errors import AccuracyWarning, SceneError
 from nanorom.verification.assemble import assemble
 from nanorom.verification.compare import VERIFIED
@@ -98,9 +99,9 @@ def test_drives_of_the_film_are_the_model_s_on_its_modes(aim, pattern):
     force, stiffness = model.patterns(aim["direct_pattern"], pattern)
     driven = DrivenFilm(assemble(scene), drive, 1.0, 1.0)
     scale, unit = driven.film.scale[:3], driven.film.units.energy
-    found = driven.system.direct[:3] * unit / scale
+    found = driven.system.direct_drive[:3, CARRIER] * unit / scale
     assert found == pytest.approx(force, abs=ROUND_OFF * np.abs(force).max())
-    found = driven.system.parametric[:3, :3] * unit / np.outer(scale, scale)
+    found = driven.system.parametric_drive[:3, :3, CARRIER] * unit / np.outer(scale, scale)
     assert found == pytest.approx(stiffness, abs=ROUND_OFF * np.abs(stiffness).max())
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nanorom
+from nanorom.continuation.drive import CARRIER
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.errors import SceneError
 from nanorom.verification.assemble import assemble
@@ -63,7 +64,7 @@ def test_modulation_of_the_film_is_the_model_s_on_its_modes(pattern):
     _, expected = model.patterns("pressure", pattern)
     scale, unit = driven.film.scale[:4], driven.film.units.deflection**2
     unit *= driven.film.scales.tension * driven.film.plate.mirrors.copies
-    found = driven.system.parametric[:4, :4] * unit / np.outer(scale, scale)
+    found = driven.system.parametric_drive[:4, :4, CARRIER] * unit / np.outer(scale, scale)
     assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 
@@ -87,7 +88,7 @@ def test_force_on_the_film_is_the_model_s_on_its_modes(aim):
     expected = model.drive[aim["direct_pattern"]]
     film = driven.film
     unit = film.units.force * film.units.deflection * film.plate.mirrors.copies
-    found = driven.system.direct[:4] * unit / film.scale[:4]
+    found = driven.system.direct_drive[:4, CARRIER] * unit / film.scale[:4]
     assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 

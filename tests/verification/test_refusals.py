@@ -5,25 +5,16 @@ import pytest
 import nanorom
 from nanorom.errors import SceneError
 from nanorom.verification.assemble import assemble
-from nanorom.verification.driven import DrivenFilm
 from tests.verification.conftest import drum
 from tests.verification.test_beams import DRIVE, beam
 
-SEVERAL = nanorom.Drive(direct="1 Pa", harmonics=[nanorom.Harmonic(2, direct=1)])
 RING = nanorom.RingRegion(inner_radius=1e-6, radius=2e-6, density=4000.0)
 DRUM, BEAM = drum(2, **DRIVE), beam("clamped", **DRIVE)
-
-
-def test_drives_of_several_harmonics_are_refused():
-    with pytest.raises(SceneError, match="drive.harmonics: found some; allowed: none"):
-        DrivenFilm(None, SEVERAL, 1.0, 0.0)
 
 
 @pytest.mark.parametrize(
     ("scene", "told"),
     [
-        (DRUM.with_(drive=SEVERAL), "drive.harmonics: found some"),
-        (BEAM.with_(drive=SEVERAL), "drive.harmonics: found some"),
         (DRUM.with_(gas=nanorom.Gas(pressure=1e3, gap=1e-6)), "gas.gap: found"),
         (DRUM.with_(regions=[RING]), "region: found"),
     ],

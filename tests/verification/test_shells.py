@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import nanorom
+from nanorom.continuation.drive import CARRIER
 from nanorom.continuation.orbits.orbit import PeriodicOrbit
 from nanorom.verification.assemble import assemble
 from nanorom.verification.driven import DrivenFilm
@@ -19,7 +20,7 @@ def linear(film, level, share, harmonics=7):
     """The linear response (2H + 1, L) in m of a film's own modes, driven at a share of f1."""
     system = DrivenFilm(film, film.scene.drive, level, 0.0).system
     omega = share * np.sqrt(film.values[0])
-    pushed, rates = system.direct[film.inside], film.rates[film.inside]
+    pushed, rates = system.direct_drive[film.inside, CARRIER], film.rates[film.inside]
     answer = pushed / (film.values[film.inside] - omega**2 + 1j * omega * rates)
     coefficients = np.zeros((2 * harmonics + 1, len(film.inside)))
     coefficients[1:3] = np.array([answer.real, -answer.imag]) * film.scale[film.inside]

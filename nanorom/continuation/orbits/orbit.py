@@ -44,6 +44,12 @@ class PeriodicOrbit:
         coefficients = self.coefficients[: 2 * last + 1]
         return PeriodicOrbit(coefficients, self.omega, self.period_multiple)
 
+    def with_harmonics(self, least: int) -> PeriodicOrbit:
+        """The same with as many harmonics at least, those that it has not being zero."""
+        missing = max(0, 2 * (least - self.harmonics))
+        coefficients = np.pad(self.coefficients, [(0, missing), (0, 0)])
+        return PeriodicOrbit(coefficients, self.omega, self.period_multiple)
+
     def __call__(self, time: Array | float) -> Array:
         """Modal coordinates q (..., L) at the times (...), in the system's units."""
         return np.asarray(self._table(time) @ self.coefficients)
