@@ -25,6 +25,7 @@ from nanorom.types import Array
 LARGEST_STEP = 10.0  # times orbit and frequency (of a linear system the series never ends)
 LEAST_PART = 1 / 64  # of a step, at whose end the next one cannot begin
 FIRST_CORRECTIONS = 15  # of an orbit that is not near a known one
+REDUCTIONS = 3  # choices of the coefficients that such an orbit may do without
 LEAST_MORE, MOST_MORE = 1.1, 1.6  # factors on the number of harmonics, where it must rise
 SLOWEST_DECAY = 1e-3  # of the log of the harmonics, each: below, it tells nothing
 SPARE = 30.0  # factor between the sizes of last harmonics that call for more and for fewer
@@ -123,15 +124,31 @@ class Tracer:
         for _ in range(len(self.ladder)):
             balance = self.balance(harmonics)
             x = balance.basis.compress(orbit.coefficients)
-            x, rate, _ = balance.correct(
-                x, orbit.rate, border(balance), self.accuracy.solved, iterations=FIRST_CORRECTIONS
-            )
+            x, rate = self._solved(balance, x, orbit.rate, border(balance))
             orbit = Orbit(balance.basis.expand(x, self.system.size), rate, self.period_multiple)
             wanted = self.adapt(balance, x)
             if wanted <= harmonics:
                 return orbit, balance
             harmonics = wanted
         raise ContinuationError("the harmonics of the orbit do not converge; raise `harmonics`")
+
+    def _solved(
+        self, whole: HarmonicBalance, x: Array, rate: float, border: Array
+    ) -> tuple[Array, float]:
+        """Newton's method for the coefficients that count, as many as turn out to."""
+        last, most = self.accuracy.solved, FIRST_CORRECTIONS
+        for _ in range(REDUCTIONS):
+            balance, start, edge = self.reduced(whole, x, rate, border, self.left_out)
+            if balance is whole:
+                break
+            try:
+                found, rate_found, _ = balance.correct(start, rate, edge, last, most)
+            except NewtonFailure:  # with all of them it may do better
+                break
+            x, rate = self.transfer(balance, whole, found, edge)[0], rate_found
+            if self._missing(balance, found, rate, balance.residual(found, rate)) < self.negligible:
+                return x, rate
+        return whole.correct(x, rate, border, last, most)[:2]
 
     def follow(
         self, orbit: Orbit, direction: Array | float, rate_range: tuple[float, float]
@@ -239,11 +256,16 @@ class Tracer:
         return float(missing / max(sizes.max(initial=0.0), TINY))
 
     @property
-    def left_out(self) -> float:
-        """Size of coefficients, relative to the largest, that orbits do without: their force, too,
-        is to be small beside that of the damping.
+    def negligible(self) -> float:
+        """Size of coefficients, relative to the largest, that a step may do without to its end:
+        their force, too, is to be small beside that of the damping.
         """
-        return min(self.settings.tolerance / SPARE, self.accuracy.residual)
+        return min(self.settings.tolerance, self.accuracy.residual)
+
+    @property
+    def left_out(self) -> float:
+        """Size of those that it does without from its start: they may grow on the way."""
+        return self.negligible / SPARE
 
     def _first_harmonics(self, orbit: Orbit) -> int:
         """How many an orbit is given with at first."""
@@ -311,7 +333,7 @@ class Tracer:
             tolerance = self.settings.tolerance
             good_tail = self.tail(balance, x) < SPARE * tolerance
             missing = self._missing(balance, x, rate, residual)
-            good_tail &= missing < min(tolerance, self.accuracy.residual)
+            good_tail &= missing < self.negligible
             if (
                 rate > 0
                 and error < self.accuracy.residual * scale * max(1.0, rate**2)

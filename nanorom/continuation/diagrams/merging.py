@@ -30,6 +30,7 @@ TOLERANCE = 1e-4  # of the orbits of a curve: they are to lie near those of a br
 STEPS, LARGEST_STEP = 150, 0.15  # of a curve on either side of a fold
 SAME = 1e-3  # of a fold: by how much it may differ from the curve that passes it
 MOST_CURVES = 60
+FEW_STEPS = 300  # of the response to a stronger drive: cheap enough for any level
 NO_LINE = "isolas are looked for along curves of folds by levels; these levels are on no line"
 STRAIGHT = 1e-9  # of the levels: what may be off a line
 
@@ -81,7 +82,11 @@ def _with_stronger(
     top = ladder.ends[1]
     first = diagrams[ladder.numbers[0]]
     level = first.direct + top * ladder.change[0], first.parametric + top * ladder.change[1]
-    more = folds_of_response(system, omega, level, TOLERANCE)
+    # what is followed here is no answer of its own: it may take as long as the answer
+    orbits = sum(
+        len(branch) for branch in diagrams[ladder.numbers[np.argmax(ladder.steps)]].branches
+    )
+    more = folds_of_response(system, omega, level, TOLERANCE, max(orbits, FEW_STEPS))
     numbers, steps = [*ladder.numbers, len(diagrams)], [*ladder.steps, top]
     return attrs.evolve(ladder, numbers=numbers, steps=steps), [*diagrams, more]
 

@@ -7,6 +7,8 @@ where no level asked for is above, nothing tells of them.
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 
 from nanorom.continuation.branches.start import first_orbit
@@ -31,10 +33,14 @@ SAME = 1e-3  # of an orbit at an end of the range, met from the other one
 
 
 def folds_of_response(
-    system: ModalSystem, omega: tuple[float, float], level: tuple[float, float], tolerance: float
+    system: ModalSystem,
+    omega: tuple[float, float],
+    level: tuple[float, float],
+    tolerance: float,
+    steps: int,
 ) -> Diagram:
     """A level (direct, parametric) with nothing but the folds of what leads from rest into a range
-    of frequencies, from either end; to a tolerance, and without multipliers.
+    of frequencies, from either end; to a tolerance, in so many steps, and without multipliers.
     """
     scaled = with_symmetries(system.scaled(*level))
     budget = Budget(scaled.size)
@@ -43,6 +49,7 @@ def folds_of_response(
     low, high = (value / scaled.frequency for value in omega)
     points: list[SpecialPoint] = []
     end: Orbit | None = None
+    taken = 0
     for edge, inwards in ((low, 1.0), (high, -1.0)):
         try:
             orbit = first_orbit(tracer, edge, -inwards)
@@ -53,12 +60,13 @@ def folds_of_response(
             continue
         if end is not None and same_orbit(orbit, end, SAME):  # from end to end
             break
-        for series in tracer.follow(orbit, inwards, (low, high)):
+        for series in islice(tracer.follow(orbit, inwards, (low, high)), steps - taken):
+            taken += 1
             end = tracer.orbit(series, series.length)
             folds = (tracer.orbit(series, a) for a in series.folds(series.start, series.length))
             points += [_point(scaled, fold) for fold in folds]
     why = "not followed, for the diagram has taken its most steps"
-    left = [Unexplored("branch", omega[0], why)] if budget.spent else []
+    left = [Unexplored("branch", omega[0], why)] if budget.spent or taken >= steps else []
     return Diagram([], points, *level, left)
 
 

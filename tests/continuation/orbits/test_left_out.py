@@ -24,6 +24,7 @@ SAME = 1e-9  # of a frequency: special points with all unknowns and with fewer
 ROUND_OFF = 1e-13
 COARSE = 1e-6  # tolerance of orbits at which much is left out
 SEEDS = (1, 2, 3)
+LITTLE_MORE = 1.5  # of the steps
 NEVER, ALWAYS = 10**9, 1  # unknowns from which on some are left out
 
 
@@ -76,6 +77,35 @@ def test_special_points_are_the_same_without_small_coefficients(
     whole, less = found
     assert whole and [code for code, _ in less] == [code for code, _ in whole]
     np.testing.assert_allclose([w for _, w in less], [w for _, w in whole], rtol=SAME)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("quality", [50.0, 1e6])
+def test_steps_are_as_long_without_small_coefficients(
+    quality: float, tolerance: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = random_potential(4, 1, quality=quality).scaled(2.5 / quality, 0.0)
+    counts = []
+    for many in (NEVER, ALWAYS):
+        monkeypatch.setattr(trace, "MANY_UNKNOWNS", many)
+        settings = Settings(tolerance=tolerance, series=tolerance)
+        tracer = Tracer(system, full_support(system, 1), 1, settings)
+        orbit = first_orbit(tracer, 0.9)
+        counts.append(sum(1 for _ in tracer.follow(orbit, 1.0, (0.9, 1.3))))
+        assert tracer.ending == "range"
+    assert counts[1] <= LITTLE_MORE * counts[0]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_first_orbits_are_the_same_without_small_coefficients(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trace, "MANY_UNKNOWNS", NEVER)
+    whole = _orbit(4, seed)[2]
+    monkeypatch.setattr(trace, "MANY_UNKNOWNS", ALWAYS)
+    less = _orbit(4, seed)[2]
+    assert less.shape == whole.shape
+    np.testing.assert_allclose(less, whole, atol=COARSE * np.abs(whole).max())
 
 
 def test_curves_of_folds_are_the_same_without_small_coefficients(
