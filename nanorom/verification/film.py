@@ -56,7 +56,7 @@ class DiscreteFilm:
 
     free : rows of the deflection, by class; in_plane : free unrolled rows and factors of the
     in-plane stiffness, by class of the strain, empty where the in-plane displacement is held.
-    shape (nodes,) : height of the static state, None where it is flat; laws : what resists stretching.
+    shape (nodes,) : height of the static state, None where it is flat; laws : of stretching.
     even : the class that every mirror leaves as it is.
     """
 
