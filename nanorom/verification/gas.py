@@ -20,7 +20,7 @@ import scipy.sparse.linalg as spl
 
 from nanorom.types import Array
 
-Solve = Callable[[Array], Array]
+Solve = Callable[[np.ndarray], np.ndarray]  # of complex columns
 
 
 @attrs.frozen(eq=False)
@@ -60,13 +60,13 @@ class ClassGas:
             _put(found, k, self.onto.T @ steeper)
         return self.strength * found
 
-    def _loads(self, columns: Array) -> list[tuple[int, Array]]:
+    def _loads(self, columns: Array) -> list[tuple[int, np.ndarray]]:
         """Harmonics from the first, and int w v of their complex amplitudes."""
         moved = self.onto @ columns
         count = columns.shape[1] // 2
         return [(k, moved[:, 2 * k - 1] - 1j * moved[:, 2 * k]) for k in range(1, count + 1)]
 
-    def _pressure(self, omega: float, load: Array) -> Array:
+    def _pressure(self, omega: float, load: np.ndarray) -> np.ndarray:
         return self._solve(omega)(1j * self.squeeze * omega * load)
 
     def _solve(self, omega: float) -> Solve:
@@ -82,5 +82,5 @@ class ClassGas:
 MOST_KEPT = 64  # factors: as many as an orbit has harmonics
 
 
-def _put(found: Array, k: int, force: Array) -> None:
+def _put(found: Array, k: int, force: np.ndarray) -> None:
     found[:, 2 * k - 1], found[:, 2 * k] = force.real, -force.imag
