@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
 from nanorom.errors import SolverError
 from nanorom.fem.models.solid import Solid
+from nanorom.fem.solvers import algebra
 
 
 @attrs.frozen(eq=False)
@@ -30,7 +30,7 @@ class SolidSystem:
         """Of a solid on one rank; raises SolverError on several."""
         if solid.domain.comm.size > 1:
             raise SolverError("a manifold of a solid is made on one rank; run it without mpirun")
-        return cls(solid, _sparse(solid.mass), _sparse(solid.stiffness))
+        return cls(solid, algebra.as_csr(solid.mass), algebra.as_csr(solid.stiffness))
 
     @property
     def size(self) -> int:
@@ -44,8 +44,3 @@ class SolidSystem:
     def cubic(self, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
         """T(u, v, w) (n, p), symmetric in all three."""
         return self.solid.cubic(u, v, w)
-
-
-def _sparse(matrix: PETSc.Mat) -> csr_matrix:
-    rows, columns, values = matrix.getValuesCSR()
-    return csr_matrix((values, columns, rows), matrix.getSize())
