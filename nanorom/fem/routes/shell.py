@@ -286,8 +286,9 @@ def solve(team: Team, plan: Plan, aim: float | None, watch: Stopwatch) -> Soluti
     coarse, modes = found
     n = scene.modes.highest
     error = np.abs(coarse.eigenvalues[:n] / modes.eigenvalues[:n] - 1).max() / 2
-    deflections, names = labels.name(scene, modes.modes)
     error = team.across.bcast(float(error))  # all groups decide alike
+    # of the difference of two squared frequencies
+    deflections, names = labels.name(scene, modes.modes, 4 * error)
     return Solution(modes.like(deflections), names, error)
 
 

@@ -185,3 +185,21 @@ def test_load_cases_that_mirror_each_other_are_solved_once(monkeypatch):
         found, expected = getattr(fewer, name), getattr(every, name)
         assert np.abs(found - expected).max() < MIRRORED * np.abs(expected).max()
         assert np.count_nonzero(found) < np.count_nonzero(expected)
+
+
+def test_a_pair_of_a_dome_that_its_mesh_splits_is_told_as_a_pair():
+    """A mesh without its symmetry splits it by less than the error, and turned it by rounding."""
+    dome = MeshFile(gmshs.MESHES / "dome.geo", scale=RADIUS)
+    model = reduce_scene(
+        scene(
+            10e-9,
+            geometry=dome,
+            tension=Tension(0.0, 0.0),
+            support=Support({"edge": "clamped"}),
+            modes=Modes(count=3),
+            accuracy=Accuracy(tolerance=1e-2),
+        )
+    )
+    gaps = np.diff(model.frequency) / model.frequency[1:]
+    assert sum(gap == pytest.approx(0.0, abs=1e-14) for gap in gaps) == 1
+    assert model.diagnostics["error_frequency"] > 1e-7
