@@ -56,8 +56,20 @@ class Faces:
 
     def displacements(self, fields: np.ndarray, degree: int) -> np.ndarray:
         """(f, q, 3, m) of displacements (nodes, 3, m) of a degree."""
+        local = fields[compat.cell_dofs(self.space)[self.cells]]
+        return np.einsum("fqn,fnim->fqim", self._basis(degree), local, optimize=True)
+
+    def work(self, forces: np.ndarray, nodes: int, degree: int) -> np.ndarray:
+        """What forces (f, q, 3) at the points do to the basis of a degree, (nodes, 3)."""
+        found = np.zeros((nodes, 3))
+        dofs = compat.cell_dofs(self.space)[self.cells]
+        local = np.einsum("fqn,fqi->fni", self._basis(degree), forces, optimize=True)
+        np.add.at(found, dofs.ravel(), local.reshape(-1, 3))
+        return found
+
+    def _basis(self, degree: int) -> np.ndarray:
+        """(f, q, n) at the points."""
         element = compat.reference_element(degree, dimension=3)
         count, q = self.reference.shape[:2]
         basis = np.asarray(element.tabulate(0, self.reference.reshape(-1, 3)))
-        local = fields[compat.cell_dofs(self.space)[self.cells]]
-        return np.einsum("fqn,fnim->fqim", basis.reshape(count, q, -1), local, optimize=True)
+        return basis.reshape(count, q, -1)

@@ -84,6 +84,12 @@ class Solid:
         u, w = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         return self._assembled(ufl.inner(u, w) * self._dx(2 * self.degree))
 
+    def stretched(self, along: Sequence[int]) -> PETSc.Mat:
+        """int sum_d du/dx_d . dw/dx_d over some directions, as `stiffness`. Collective."""
+        u, w = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
+        form = sum(ufl.inner(u.dx(axis), w.dx(axis)) for axis in along)
+        return self._assembled(form * self._dx(2 * self.degree - 2))
+
     def weights(self, axis: int) -> np.ndarray:
         """int w along an axis, of the owned free degrees of freedom (n,). Collective."""
         test = ufl.TestFunction(self.space)[axis]

@@ -30,7 +30,7 @@ class SolidSystem:
         """Of a solid on one rank; raises SolverError on several."""
         if solid.domain.comm.size > 1:
             raise SolverError("a manifold of a solid is made on one rank; run it without mpirun")
-        return cls(solid, _sparse(solid.mass), _sparse(solid.stiffness))
+        return cls(solid, sparse(solid.mass), sparse(solid.stiffness))
 
     @property
     def size(self) -> int:
@@ -46,6 +46,7 @@ class SolidSystem:
         return self.solid.cubic(u, v, w)
 
 
-def _sparse(matrix: PETSc.Mat) -> csr_matrix:
+def sparse(matrix: PETSc.Mat) -> csr_matrix:
+    """A matrix of one rank."""
     rows, columns, values = matrix.getValuesCSR()
     return csr_matrix((values, columns, rows), matrix.getSize())
