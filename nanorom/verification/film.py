@@ -21,7 +21,7 @@ from nanorom.fem.symmetry import Parity
 from nanorom.types import Array
 from nanorom.verification.factors import Factors
 from nanorom.verification.symmetry import Classes, images
-from nanorom.verification.tables import Tables, geometric
+from nanorom.verification.tables import Laws, Tables, geometric
 
 
 @attrs.frozen
@@ -56,14 +56,14 @@ class DiscreteFilm:
 
     free : rows of the deflection, by class; in_plane : free unrolled rows and factors of the
     in-plane stiffness, by class of the strain, empty where the in-plane displacement is held.
-    shape (nodes,) : height of the static state, None where it is flat; law (3, 3) : stress per E h.
+    shape (nodes,) : height of the static state, None where it is flat; laws : of stretching.
     even : the class that every mirror leaves as it is.
     """
 
     tables: Tables
     free: Mapping[Parity, np.ndarray]
     in_plane: Mapping[Parity, tuple[np.ndarray, Factors]]
-    law: Array
+    laws: Laws
     even: Parity
     shape: Array | None = None
     gate: Gate | None = None
@@ -169,14 +169,14 @@ class DiscreteFilm:
         for number, parity in enumerate(classes.strains):
             if self.in_plane:
                 parts[number] += self._relaxation(parity, parts[number])
-            parts[number] = self.stress(parts[number])
+            parts[number] = self.laws.stress(parts[number])
         stress = images(parts)
         return stress if viscous is None else stress @ viscous.T
 
     def _relaxation(self, parity: Parity, strain: Array) -> Array:
         """sym grad u (3, c, q, m) in equilibrium with a strain of one class."""
         tables = self.tables
-        xx, yy, xy = self.stress(strain) * tables.weights[..., None]
+        xx, yy, xy = self.laws.stress(strain) * tables.weights[..., None]
         load = np.empty((2 * tables.nodes, strain.shape[-1]))
         load[0::2] = tables.work(xx, xy, tables.gather_in_plane)
         load[1::2] = tables.work(xy, yy, tables.gather_in_plane)
@@ -186,10 +186,6 @@ class DiscreteFilm:
         x_slope = tables.gradient(u[0::2][tables.in_plane])
         y_slope = tables.gradient(u[1::2][tables.in_plane])
         return np.stack([x_slope[0], y_slope[1], 0.5 * (x_slope[1] + y_slope[0])])
-
-    def stress(self, strain: Array) -> Array:
-        """C:E (3, ...) of strains (3, ...), per E h."""
-        return np.tensordot(self.law * [1.0, 1.0, 2.0], strain, axes=1)
 
     def work(self, classes: Classes, traction: Array) -> list[Array]:
         """int t . grad v by class (free, m) of tractions (images, 2, c, q, m)."""

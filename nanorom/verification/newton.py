@@ -99,11 +99,11 @@ def correct(
     residual, state = equations.residual(x, rate)
     size = equations.norm(residual) / equations.driving(x)
     start, evaluations, slow = size, 1, 0
+    if size <= tolerance:
+        return Corrected(x, rate, size, evaluations, 0)
     preconditioner: Preconditioner | None = None
     known = Directions.none()
     for step in range(MOST_STEPS):
-        if size <= tolerance:
-            return Corrected(x, rate, size, evaluations, step)
         if size > NEAR:
             preconditioner, known = None, Directions.none()
         system = LinearSystem(model, x, rate, state, border, preconditioner, known)
@@ -130,7 +130,7 @@ def correct(
         slow += new > SLOW * size
         x, rate, size = tried.coefficients, turned, new
         residual, state = tried.residual, tried.state
-        if stalled and size <= ACCEPTED:
+        if size <= (ACCEPTED if stalled else tolerance):
             return Corrected(x, rate, size, evaluations, step + 1)
         if slow == MOST_SLOW:
             break

@@ -36,7 +36,7 @@ from nanorom.verification.factors import Factors
 from nanorom.verification.film import DiscreteFilm, Gate
 from nanorom.verification.linear import ClassDynamics, completed
 from nanorom.verification.plate_work import PlateWork
-from nanorom.verification.tables import Tables, stretching
+from nanorom.verification.tables import Laws, Tables, stretching
 
 MESH_TOLERANCE = 1e-5  # of a mesh: an orbit is compared to 1e-4 at best
 
@@ -180,11 +180,19 @@ def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:
         tables=tables,
         free={p: free_deflections(plate, p).local for p in plate.mirrors.classes},
         in_plane={} if held else _InPlane(pieces),
-        law=np.array(plate.stiffness.law),
+        laws=_laws(plate),
         even=plate.mirrors.even,
         shape=None if shape is None else shape.x.array.copy(),
         gate=None if gate is None else Gate(gate.gates[0].gap, gate.gates[0].strength),
     )
+
+
+def _laws(plate: Plate) -> Laws:
+    """By the sections of a patchwork, of which the first is the film itself."""
+    cells = quadrature.owned_cells(plate)
+    if plate.patchwork is None:
+        return Laws(np.array([plate.stiffness.law]), np.zeros(cells, dtype=int))
+    return Laws(plate.patchwork.law, plate.patchwork.which[:cells])
 
 
 def _by_component(gradients: Array) -> Array:
@@ -250,8 +258,8 @@ class _Pieces:
             rows = membrane.free_dofs(self.plate, parity).local
             held = not film.discrete.in_plane
             assert film.discrete.shape is not None
-            tables, law = film.discrete.tables, film.discrete.law
-            whole = stretching(tables, film.discrete.shape, law, free, rows, held)
+            tables, laws = film.discrete.tables, film.discrete.laws
+            whole = stretching(tables, film.discrete.shape, laws, free, rows, held)
             extra = whole.shape[0] - len(free)
             padding = sp.csc_matrix((extra, extra))
             total = whole + sp.block_diag([total, padding], format="csc")

@@ -148,7 +148,7 @@ class FilmSystem:
         return found
 
     def _stress(self, strain: Array) -> Array:
-        return np.moveaxis(self.discrete.stress(np.moveaxis(strain, 1, 0)), 0, 1)
+        return np.moveaxis(self.discrete.laws.stress(np.moveaxis(strain, 1, 0)), 0, 1)
 
     def _work(self, traction: Array, stress: Array | None) -> Array:
         """Forces (n, p) of tractions on grad w and stresses on grad u."""
@@ -213,7 +213,7 @@ def _stiffness(film: PlateFilm, classes: Classes) -> sp.csr_matrix:
         for number, parity in enumerate(classes.deflections):
             free, rows = discrete.free[parity], _rows(film, parity)
             whole = sp.csr_matrix(
-                stretching(discrete.tables, shape, discrete.law, free, rows, held)
+                stretching(discrete.tables, shape, discrete.laws, free, rows, held)
             )
             n = len(free)
             blocks[number][number] = blocks[number][number] + whole[:n, :n]

@@ -10,6 +10,30 @@ from nanorom.types import Array
 
 
 @attrs.frozen(eq=False)
+class Laws:
+    """What a film resists stretching with, per E h: laws (n, 3, 3), and which (c,) of them each
+    cell has.
+    """
+
+    laws: Array
+    which: np.ndarray
+
+    @property
+    def by_cell(self) -> Array:
+        """(c, 3, 3)."""
+        return self.laws[self.which]
+
+    def stress(self, strain: Array) -> Array:
+        """C:E (3, ..., c, q, m) of strains alike."""
+        engineering = self.laws * [1.0, 1.0, 2.0]
+        found = np.tensordot(engineering[0], strain, axes=1)
+        for number, law in enumerate(engineering[1:], 1):
+            own = self.which == number
+            found[..., own, :, :] = np.tensordot(law, strain[..., own, :, :], axes=1)
+        return found
+
+
+@attrs.frozen(eq=False)
 class Tables:
     """Basis functions at the quadrature points of all cells, and what they belong to.
 
@@ -66,7 +90,7 @@ def _gathering(dofs: np.ndarray, nodes: int) -> sp.csr_matrix:
 
 
 def stretching(
-    tables: Tables, shape: Array, law: Array, free: np.ndarray, in_plane: np.ndarray, held: bool
+    tables: Tables, shape: Array, laws: Laws, free: np.ndarray, in_plane: np.ndarray, held: bool
 ) -> sp.csc_matrix:
     """Linear stretching of a film that is not flat: (w, u) on free unknowns, u unrolled.
 
@@ -83,7 +107,7 @@ def stretching(
     strain[:, :, 0, :n], strain[:, :, 1, :n], strain[:, :, 2, :n] = s * x, t * y, s * y + t * x
     strain[:, :, 0, n : 2 * n], strain[:, :, 2, n : 2 * n] = x, y
     strain[:, :, 1, 2 * n :], strain[:, :, 2, 2 * n :] = y, x
-    weighted = np.einsum("cq,ab,cqbn->cqan", tables.weights, law, strain, optimize=True)
+    weighted = np.einsum("cq,cab,cqbn->cqan", tables.weights, laws.by_cell, strain, optimize=True)
     rows = strain.reshape(c, 3 * q, 3 * n).transpose(0, 2, 1)
     local = np.matmul(rows, weighted.reshape(c, 3 * q, 3 * n))
     place = np.concatenate(

@@ -13,6 +13,10 @@ from nanorom.verification.problem import pose
 from tests.verification.conftest import drum
 
 ROUND_OFF = 1e-7  # of the largest force; linear stretching is a difference of large numbers
+PARTS = [
+    nanorom.DiscRegion(radius=0.8e-6, thickness=14e-9, youngs_modulus=300e9),
+    nanorom.RingRegion(inner_radius=0.8e-6, radius=2e-6, density=4000.0, poisson_ratio=0.3),
+]
 DRIVE = {"drive": nanorom.Drive(1.0), "sweep": nanorom.Sweep("0.9 f1", "1.1 f1")}
 
 
@@ -47,6 +51,8 @@ def modal_and_film_forces(problem):
         ("membrane", {"load": nanorom.Load(pressure=2000.0)}),
         ("plate", {"load": nanorom.Load(pressure=5000.0)}),
         ("membrane", {"reduction": nanorom.Reduction(in_plane="fixed")}),
+        ("membrane", {"regions": PARTS}),
+        ("plate", {"regions": PARTS, "load": nanorom.Load(pressure=5000.0)}),
     ],
 )
 def test_film_s_force_is_that_of_the_tensors(model, sections):

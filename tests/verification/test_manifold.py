@@ -48,8 +48,9 @@ def strip(strain):
         {},
         {"load": nanorom.Load(pressure=5000.0)},
         {"reduction": nanorom.Reduction(in_plane="fixed")},
+        {"regions": [nanorom.DiscRegion(radius=0.8e-6, thickness=14e-9, density=4000.0)]},
     ],
-    ids=["flat", "loaded", "held"],
+    ids=["flat", "loaded", "held", "parted"],
 )
 def test_without_inertia_in_plane_the_force_is_the_condensed_one(sections):
     film = assemble(drum(4, model="plate", **sections), 0)

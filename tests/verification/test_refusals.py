@@ -8,7 +8,6 @@ from nanorom.verification.assemble import assemble
 from tests.verification.conftest import drum
 from tests.verification.test_beams import DRIVE, beam
 
-RING = nanorom.RingRegion(inner_radius=1e-6, radius=2e-6, density=4000.0)
 DRUM, BEAM = drum(2, **DRIVE), beam("clamped", **DRIVE)
 
 
@@ -16,7 +15,6 @@ DRUM, BEAM = drum(2, **DRIVE), beam("clamped", **DRIVE)
     ("scene", "told"),
     [
         (DRUM.with_(gas=nanorom.Gas(pressure=1e3, gap=1e-6)), "gas.gap: found"),
-        (DRUM.with_(regions=[RING]), "region: found"),
     ],
 )
 def test_verify_refuses_in_one_line_before_a_scene_is_reduced(scene, told, monkeypatch):
