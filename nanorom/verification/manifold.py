@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from nanorom.errors import SceneError
 from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.registry import ROUTES, route_of
 from nanorom.fem.routes.route import Route
+from nanorom.fem.routes.shell import ShellRoute
 from nanorom.fem.routes.solid import SolidRoute
 from nanorom.rom.manifold.direct import check_products, fields
 from nanorom.rom.manifold.projection import project
@@ -16,14 +18,17 @@ from nanorom.rom.manifold.reduced import Reduced, check, check_size, reaching
 from nanorom.rom.manifold.reduced import manifold as of_model
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.scene import Scene
-from nanorom.verification import body_film, body_solid
+from nanorom.verification import body_film, shell, solid
+from nanorom.verification.assemble import check as check_scene
 from nanorom.verification.body import Body, model_of
+from nanorom.verification.body_whole import WholeBody
 
 FURTHER = 2  # orders of fields above the manifold's, for the estimate of what it leaves out
 Made = Callable[[Scene, Sequence[int | str], int, float | None], Body]
 BODIES: dict[type[Route], tuple[Callable[[Scene], None], Made]] = {
     PlateRoute: (body_film.check, body_film.FilmBody.of),
-    SolidRoute: (body_solid.check, body_solid.SolidBody.of),
+    ShellRoute: (check_scene, partial(WholeBody.of, shell.assemble)),
+    SolidRoute: (check_scene, partial(WholeBody.of, solid.assemble)),
 }
 
 

@@ -8,6 +8,7 @@ and the rest answers at once.  So a modal orbit is an orbit of the film only wit
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
@@ -19,6 +20,7 @@ from nanorom.fem.symmetry import Parity
 from nanorom.fem.tensors.direct import symmetrised, unpacked
 from nanorom.rom import tensors
 from nanorom.rom.manifold.full import FullSystem
+from nanorom.rom.shapes import Shapes
 from nanorom.types import Array
 from nanorom.verification.assembled import Film
 from nanorom.verification.factors import Factors
@@ -39,9 +41,6 @@ class Moving(FullSystem, Protocol):
 
     def along(self, u: Array, v: Array) -> Array:
         """2 Q(u, v) + 3 T(u, u, v) (n, p)."""
-
-    def pair_products(self, shapes: Array, pairs: np.ndarray) -> Array:
-        """2 phi_r . T(phi_j, phi_k, phi_l) (p, p) but for symmetry, of pairs (p, 2) of shapes."""
 
 
 @attrs.frozen(eq=False)
@@ -136,6 +135,10 @@ class WholeFilm(Film):
     discrete: WholeForce
     named: Array
 
+    @abstractmethod
+    def drawn(self, vectors: Array) -> Shapes:
+        """Deflections in m of vectors (n, r) that are reached at a coordinate of 1 m."""
+
     def shapes(self, parity: Parity) -> Array:
         """Named modes (n, N)."""
         return self.named
@@ -158,6 +161,14 @@ class WholeFilm(Film):
             loss=0.0,
         )
         return completed(alone, float(self.quality[-1]), highest, system.stiffness)
+
+
+def outer(factors: Array, rank: int) -> Array:
+    """Products of the factors, for all indices of a tensor of a rank."""
+    found = factors
+    for _ in range(rank - 1):
+        found = np.multiply.outer(found, factors)
+    return found
 
 
 def condensed(system: Moving, rest: Rest) -> tuple[Array, Array]:

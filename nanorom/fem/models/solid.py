@@ -177,6 +177,27 @@ class Solid:
 
         return self._work(stress, u)
 
+    def beyond(self, u: np.ndarray) -> np.ndarray:
+        """Q(u, u) + T(u, u, u) at once. Collective."""
+
+        def stress(gradients: list[np.ndarray]) -> np.ndarray:
+            h = gradients[0]
+            bent = self.pulled(0.5 * _product(h, h))
+            return bent + _times(h, self.pulled(_sym(h)) + bent)
+
+        return self._work(stress, u)
+
+    def along(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """2 Q(u, v) + 3 T(u, u, v), the derivative of `beyond` along v. Collective."""
+
+        def stress(gradients: list[np.ndarray]) -> np.ndarray:
+            h, g = gradients
+            turned = self.pulled(_product(h, g))
+            borne = self.pulled(_sym(h) + 0.5 * _product(h, h))
+            return turned + _times(h, self.pulled(_sym(g)) + turned) + _times(g, borne)
+
+        return self._work(stress, u, v)
+
     def pair_products(self, u: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """int S_jk:C:S_lm (p, p) of pairs (p, 2) of columns. Collective."""
         fields = self._nodal(u)
