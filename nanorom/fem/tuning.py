@@ -20,6 +20,7 @@ from nanorom.fem.routes.registry import check_of_plates
 from nanorom.fem.solvers import algebra, compat
 from nanorom.fem.statics import loads, state
 from nanorom.fem.statics import path as loadpath
+from nanorom.fem.statics.chords import chord_errors
 from nanorom.fem.statics.path import PathPoint
 from nanorom.fem.statics.problem import StaticProblem
 from nanorom.fem.symmetry import is_symmetric
@@ -30,6 +31,7 @@ from nanorom.scene.scene import Scene
 from nanorom.types import Progress
 
 POINTS = 20
+Row = tuple[float, float, float, np.ndarray, float, np.ndarray]
 MOST_DETOUR = 20  # steps of a path per point asked for
 
 
@@ -59,7 +61,8 @@ def tune(
     shares = np.array(values) / values[-1]
     if quantity == "voltage":
         shares = shares**2  # the force goes with the square
-    points = loadpath.load_steps(film.problem, [float(s) for s in shares], film.accept)
+    accept = state.steady(film.film, film.unit, film.problem)
+    points = loadpath.load_steps(film.problem, [float(s) for s in shares], accept)
     try:
         rows = [film.row(point) for point in points]
     except SolverError as error:
@@ -75,31 +78,49 @@ def follow(
 ) -> LoadCurve:
     """The path from no load to a scene's [load], through limit points. Collective.
 
-    ``points`` is about how many states there are.  A path under a gate ends where it is pulled in;
+    ``points`` is about how many states there are; what the path does not take of them goes where
+    the curves bend most.  A path under a gate ends where it is pulled in;
     another one goes on, unstable states included, up to the whole load.  Raises SceneError, or
     SolverError that says what load was reached.
     """
     load, quantity = grown(scene)
     film = LoadedFilm(scene, load, quantity, comm)
-    start = PathPoint(0.0, film.problem.free_values(), 0)
-    rows, limits = [film.row(start)], []
     # the first steps are small, for films that are soft at first; the longest is a share
-    path = loadpath.arc_length(
-        film.problem, 1.0, points**-2.0, MOST_DETOUR * points, film.accept, longest=points
-    )
+    path = loadpath.Path(film.problem, points**-2.0, film.accept, longest=points)
+    states = [PathPoint(0.0, film.problem.free_values(), 0)]
+    rows = [film.row(states[0])]
     try:
-        for point in path:
+        for point in path.towards(1.0, MOST_DETOUR * points):
             if progress is not None:
                 progress("load path", min(len(rows), points), points)
-            if point.limit:
-                limits.append(point.magnitude)
             film.problem.set_state(point.values, point.magnitude)
+            states.append(point)
             rows.append(film.row(point))
             if point.limit and film.quantity == "voltage":
                 break
     except SolverError as error:
         raise SolverError(f"load.{film.quantity}: {error}") from error
-    return film.curve(rows, limits)
+    _fill(film, path, states, rows, points)
+    return film.curve(rows, [state.magnitude for state in states if state.limit])
+
+
+def _fill(
+    film: LoadedFilm, path: loadpath.Path, states: list[PathPoint], rows: list[Row], points: int
+) -> None:
+    """Add states where straight lines between the rows leave the curves most. Collective."""
+    while len(rows) < points:
+        load, _, largest, frequency, *_ = map(np.array, zip(*rows))
+        for i in (i for i, point in enumerate(states) if point.limit):
+            near = frequency[max(i - 1, 0) : i + 2]
+            if np.isfinite(near).any():  # at a limit point the softest mode there has no stiffness
+                frequency[i, np.nanargmin(near) % near.shape[1]] = 0.0
+        off = chord_errors(load, np.column_stack([largest, frequency]))
+        at = int(film.comm.bcast(off.argmax()))
+        between = path.between(states[at], states[at + 1])
+        if between is None:
+            return
+        states.insert(at + 1, between)
+        rows.insert(at + 1, film.row(between))
 
 
 def grown(scene: Scene) -> tuple[Load, str]:
@@ -136,7 +157,7 @@ class LoadedFilm:
         self.plate = self.film.plate
         found = state.load_on(self.film, load, self.units)
         assert found is not None  # it has the quantity
-        self._unit = found
+        self.unit = found
         self.problem = loads.problem(self.film, found)
         self.problem.solve(0.0)  # the pre-stress may relax
         self.lumped = self._lumped_pull_in()
@@ -144,9 +165,9 @@ class LoadedFilm:
 
     def accept(self, _: StaticProblem) -> bool:
         """No part of the film is at the gate."""
-        return loads.admissible(self.film, self._unit)
+        return loads.admissible(self.film, self.unit)
 
-    def row(self, point: PathPoint) -> tuple[float, float, float, np.ndarray, float, np.ndarray]:
+    def row(self, point: PathPoint) -> Row:
         """Load in SI, deflections in m, frequencies in Hz, mean tension in N/m and cubic
         coefficients in N/m^3 of the problem's current state.
         """
@@ -154,7 +175,7 @@ class LoadedFilm:
         centre = places.centre_value(self.plate, w)
         largest = max(self.comm.allgather(w[np.abs(w).argmax()]), key=abs)
         frequency, cubic = np.full((2, count), np.nan)
-        about = self.film.about(self._unit.attraction(point.magnitude))
+        about = self.film.about(self.unit.attraction(point.magnitude))
         tension = state.mean_tension(about)
         if point.stable and not point.limit:
             try:

@@ -55,7 +55,7 @@ def _fits(axes: Axes, effective: Effective) -> None:
         axes.plot(shown, effective.fitted[1:] / effective.cubic, label="cubic coefficient of a fit")
     if effective.decay[0] > 0:
         axes.plot(shown, effective.decay[1:] / effective.decay[0], label="decay rate")
-    axes.set_xlabel(f"amplitude up to which is fitted ({metre})")
+    axes.set_xlabel(f"largest amplitude fitted ({metre})")
     axes.set_ylabel("by that of small amplitudes")
     axes.legend()
 

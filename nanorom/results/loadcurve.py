@@ -181,7 +181,11 @@ class LoadCurve:
         elif len(self.limits):
             values = ", ".join(with_unit(limit, unit, 6) for limit in self.limits.tolist())
             lines += ["", f"limit points at {values}: the film snaps through"]
+        turned: dict[str, list[str]] = {}  # modes by where: those of a pair turn together
         for name, loads in self.turns.items():
             at = ", ".join(with_unit(load, unit, 4) for load in loads)
-            lines += ["", f"the cubic coefficient of {name} changes its sign at {at}"]
+            turned.setdefault(at, []).append(name)
+        lines += [""] * bool(turned)
+        for at, modes in turned.items():
+            lines.append(f"the cubic coefficient of {', '.join(modes)} changes its sign at {at}")
         return "\n".join(lines)

@@ -55,6 +55,8 @@ PREFIXES = {
     12: "T",
 }
 
+LEAST = {"Hz": -6}  # smallest prefix in use, as a power of ten: nobody says pHz
+
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
 _UNIT = r"[^\W\d_][^\W\d]*(?:\s*(?:\^|\*\*)\s*-?\d|[²³])?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*((?:1\s*/\s*)?{_UNIT}(?:\s*[*/·\s]\s*{_UNIT})*)?")
@@ -180,7 +182,7 @@ def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
         return 1e3 * factor, name
     times = 2 if unit == "m^2" else 1
     sizes = np.abs(np.asarray(values, dtype=float)) ** (1 / times)
-    power = int(np.clip(_thousands(sizes), min(PREFIXES), max(PREFIXES)))
+    power = int(np.clip(_thousands(sizes), LEAST.get(unit, min(PREFIXES)), max(PREFIXES)))
     return 10.0 ** (-times * power), PREFIXES[power] + unit
 
 
@@ -194,15 +196,15 @@ def _thousands(values: ArrayLike) -> int:
 def tabulated(values: ArrayLike, unit: str, digits: int = 6) -> tuple[list[str], str]:
     """Numbers of a column with that many digits, and the unit that all of them are in.
 
-    Units that take no prefix, as N/m^3 does not, get a power of ten: "1e15 N/m^3".  What is no
-    finite number is "-".
+    Units that take no prefix, as N/m^3 does not, get a power of ten: "1e15 N/m^3"; so does what no
+    prefix in use brings near 1.  What is no finite number is "-".
     """
     values = np.asarray(values, dtype=float).ravel()
     if unit in ("", "1"):
         return [_positional(value, digits, "-") for value in values.tolist()], unit
     factor, name = scaled(values, unit)
-    if "^" in unit:
-        power = _thousands(values)
+    power = _thousands(values)
+    if "^" in unit or power < LEAST.get(unit, power):
         factor, name = 10.0**-power, f"1e{power} {unit}" if power else unit
     return [_positional(value * factor, digits, "k") for value in values.tolist()], name
 

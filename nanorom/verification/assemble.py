@@ -48,8 +48,6 @@ def check(scene: Scene, drive: Drive | None = None) -> None:
         raise SceneError(
             f"plate.model: found {scene.plate.model}; allowed for full-order orbits: {allowed}"
         )
-    if scene.gas is not None and scene.gas.gap is not None:
-        raise SceneError("gas.gap: found; full-order orbits know of no squeezed gas")
     if scene.load is not None and scene.load.gates is not None:
         raise SceneError(
             "load.gate: found; full-order orbits know of one gate below all of the film, "

@@ -96,8 +96,9 @@ class Film(ABC):
     """A scene's film: all that its orbits need, film-scaled, and the units to and from SI.
 
     names, parities, values : of named modes (N,), their classes and squared frequencies; modal :
-    matrices and tensors of the named modes in SI units: mass, stiffness, quadratic, cubic and, of a
-    viscoelastic material, bending and stretching; losses : 1/Q by mechanism; inside (L,): places of
+    matrices and tensors of the named modes in SI units: mass, stiffness, quadratic, cubic; of a
+    viscoelastic material, bending and stretching; of a squeezed gas, squeezed, its damping in N/m
+    per film-scaled rate; losses : 1/Q by mechanism; inside (L,): places of
     the model's modes among the named; classes : of symmetry, copies : how many of the meshed part
     make the whole.
     """
@@ -146,7 +147,13 @@ class Film(ABC):
     @property
     def rates(self) -> Array:
         """Damping rate (N,) of each named mode."""
-        return np.sqrt(self.values) / self.quality
+        return self.natural / self.quality
+
+    @property
+    def natural(self) -> Array:
+        """Natural frequency (N,) of each named mode, with what a gas adds to its stiffness."""
+        squares = np.diag(self.modal["stiffness"]) / self.modal["mass"]
+        return np.asarray(np.sqrt(squares) * self.units.time)
 
     @property
     def scale(self) -> Array:

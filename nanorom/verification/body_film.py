@@ -19,7 +19,6 @@ from nanorom.types import Array
 from nanorom.verification.assemble import check as check_scene
 from nanorom.verification.assembled import Forces, Operators, on_free
 from nanorom.verification.body import Body, places_of
-from nanorom.verification.driven import check as check_drive
 from nanorom.verification.plate import PlateFilm
 from nanorom.verification.plate import assemble as assemble_plate
 from nanorom.verification.system import FilmSystem
@@ -39,8 +38,6 @@ class FilmBody(Body):
         cls, scene: Scene, masters: Sequence[int | str], more: int, mesh: float | None
     ) -> FilmBody:
         """Of a scene with `more` named modes than it has; raises SceneError and SolverError."""
-        if scene.drive is not None:
-            check_drive(scene.drive)
         film = assemble_plate(scene, more, mesh)
         first = places_of(film.names, masters)
         system = FilmSystem.of(film, first)
@@ -143,7 +140,11 @@ class FieldsWork(ModalWork):
 
 def check(scene: Scene) -> None:
     """Raise SceneError for what no manifold of a film knows."""
-    check_scene(scene)
+    check_scene(scene, scene.drive)
+    if scene.drive is not None and scene.drive.harmonics is not None:
+        raise SceneError("drive.harmonics: found some; manifolds are driven by cos(omega t) alone")
+    if scene.gas is not None and scene.gas.gap is not None:
+        raise SceneError("gas.gap: found; manifolds know of no squeezed gas")
     if scene.damping is not None and scene.damping.material_time:
         raise SceneError(
             "damping: found a viscoelastic material; manifolds of all degrees of freedom know "

@@ -86,11 +86,14 @@ class DrivenFilm:
             operator = self.modulation(parity)
             if operator is not None:
                 parametric[np.ix_(own, own)] = -shapes.T @ (operator @ shapes)
-        rates = np.diag(film.rates)
-        viscous = time > 0
+        damping, viscous = np.diag(film.rates), time > 0
+        if viscous:
+            damping = damping + time * self._tensor("bending")
+        if "squeezed" in film.modal:
+            damping = damping + self._tensor("squeezed")
         return ModalSystem(
             stiffness=self._tensor("stiffness"),
-            damping=rates + time * self._tensor("bending") if viscous else rates,
+            damping=damping,
             quadratic=self._tensor("quadratic"),
             cubic=self._tensor("cubic"),
             cubic_damping=time * self._tensor("stretching") if viscous else None,

@@ -1,8 +1,9 @@
 """Harmonic balance of the discretised film: residual, derivative, and the norm they are told in.
 
-    M w'' + C w' + (K + p(t) P) w + F(w) = g(t) f
+    M w'' + C w' + (K + p(t) P) w + G w + F(w) = g(t) f
 
-with the courses g and p of the drive, cos(omega t) most often.
+with the courses g and p of the drive, cos(omega t) most often, and what a squeezed gas answers, G,
+which differs from harmonic to harmonic.
 
 Unknowns are the Fourier coefficients of every free degree of freedom, (n, 2H + 1) in the order
 1, cos, sin, cos 2, ... of theta = rate t, rate = omega / period_multiple.  The force is evaluated
@@ -101,11 +102,11 @@ class OrbitEquations:
         return np.asarray(np.eye(samples) + self.material_time * rate * slope)
 
     def linear(self, x: Array, rate: float) -> Array:
-        """M w'' + C w' + K w without what the drive modulates."""
+        """M w'' + C w' + K w + G w without what the drive modulates."""
         velocity = rate * self.derivative(x)
         acceleration = -((rate * self.numbers) ** 2) * x
         found = [
-            d.stiffness @ w + d.mass @ a + d.damping(v)
+            d.stiffness @ w + d.mass @ a + d.damping(v) + d.squeezed(w, rate)
             for d, w, v, a in zip(self.dynamics, *map(self.parts, (x, velocity, acceleration)))
         ]
         return np.concatenate(found)
@@ -143,8 +144,8 @@ class OrbitEquations:
         """Derivative of R by the rate."""
         inertia = -2 * rate * self.numbers**2 * x
         found = [
-            d.mass @ a + d.damping(v)
-            for d, a, v in zip(self.dynamics, *map(self.parts, (inertia, self.derivative(x))))
+            d.mass @ a + d.damping(v) + d.squeezed_by_rate(w, rate)
+            for d, w, v, a in zip(self.dynamics, *map(self.parts, (x, self.derivative(x), inertia)))
         ]
         total = np.concatenate(found)
         if self.material_time:

@@ -1,4 +1,4 @@
-"""Linear dynamics of one class of symmetry: stiffness, mass, damping, and its lowest modes.
+"""Linear dynamics of one class of symmetry: stiffness, mass, damping, gas, and its lowest modes.
 
 The modes are those that are named, each with its own quality factor, and more that are not: as
 many as have frequencies that harmonics of the drive may meet.  What is beyond them follows
@@ -20,6 +20,7 @@ import scipy.sparse.linalg as spl
 from nanorom.errors import SolverError
 from nanorom.types import Array
 from nanorom.verification.factors import Factors
+from nanorom.verification.gas import ClassGas
 
 Flexibility = Callable[[Array], Array]
 
@@ -36,7 +37,8 @@ class ClassDynamics:
     stiffness, mass : (n, n) of tension and bending, without linear stretching; static : solves
     with all linear stiffness; modes (n, m) of unit mass, values (m,) their squared frequencies,
     rates (m,) their damping rates; loss : rate of damping by stiffness of what is beyond them;
-    viscous : (n, n) what a viscoelastic material adds to the damping, None if there is none.
+    viscous : (n, n) what a viscoelastic material adds to the damping, None if there is none; gas :
+    what the film squeezes, None without a gap.
     """
 
     stiffness: sp.csr_matrix
@@ -48,6 +50,7 @@ class ClassDynamics:
     rates: Array
     loss: float
     viscous: sp.csr_matrix | None = None
+    gas: ClassGas | None = None
     momenta: Array = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
@@ -72,6 +75,14 @@ class ClassDynamics:
         if self.viscous is not None:
             force += self.viscous @ columns
         return np.asarray(force)
+
+    def squeezed(self, columns: Array, rate: float) -> Array:
+        """Force of the gas (n, 2H + 1) against coefficients of the film at a rate."""
+        return np.zeros_like(columns) if self.gas is None else self.gas.force(columns, rate)
+
+    def squeezed_by_rate(self, columns: Array, rate: float) -> Array:
+        """Its derivative by the rate."""
+        return np.zeros_like(columns) if self.gas is None else self.gas.by_rate(columns, rate)
 
     def rest(self, columns: Array) -> Array:
         """Static deflections (n, m) under forces (n, m) that have nothing of the modes."""

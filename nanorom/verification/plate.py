@@ -27,6 +27,7 @@ from nanorom.fem.solvers.groups import alone
 from nanorom.fem.statics.state import Units as StaticUnits
 from nanorom.fem.stopwatch import Stopwatch
 from nanorom.fem.symmetry import Parity
+from nanorom.fem.tensors import squeeze
 from nanorom.scene.geometry import Rectangle
 from nanorom.scene.scene import Scene
 from nanorom.scene.support import Edge, PlaneSpring, deflection_of, in_plane_of
@@ -35,6 +36,7 @@ from nanorom.verification.assembled import Film, Units
 from nanorom.verification.factors import Factors
 from nanorom.verification.film import DiscreteFilm, Gate
 from nanorom.verification.linear import ClassDynamics, completed
+from nanorom.verification.plate_gas import FilmGas
 from nanorom.verification.plate_work import PlateWork
 from nanorom.verification.tables import Laws, Tables, stretching
 
@@ -43,7 +45,8 @@ MESH_TOLERANCE = 1e-5  # of a mesh: an orbit is compared to 1e-4 at best
 
 @attrs.frozen(eq=False)
 class PlateFilm(Film):
-    """A plate or membrane on its mesh; pieces : operators by class, made when they are asked for.
+    """A plate or membrane on its mesh; pieces : operators by class, made when they are asked for;
+    gas : in a gap below it, None without one.
 
     discrete is the film's force on the mesh, which `film.DiscreteFilm` is.
     """
@@ -52,6 +55,7 @@ class PlateFilm(Film):
     scales: Scales
     solution: Solution
     pieces: _Pieces
+    gas: FilmGas | None = None
 
     @property
     def plate(self) -> Plate:
@@ -104,6 +108,9 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> PlateFi
     pieces = _Pieces.of(modes.plate)
     held = scene.reduction.in_plane == "fixed"
     modal, losses = _modal(wide, scales, solution)
+    gas = None
+    if scene.gas is not None and scene.gas.gap is not None:
+        gas = FilmGas.of(modes.plate, scene.gas, scales)
     return PlateFilm(
         scene=scene,
         units=Units(
@@ -123,6 +130,7 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> PlateFi
         scales=scales,
         solution=solution,
         pieces=pieces,
+        gas=gas,
     )
 
 
@@ -161,8 +169,18 @@ def _modal(
         "cubic": solution.force.cubic,
         "slope": products.slope,
     }
-    motion = motion_of(scene, scales, solution.modes, products, solution.force.stretching)
-    return found | viscous(scene, scales, solution.modes), losses.losses(scene, motion)
+    gas = None
+    if scene.gas is not None and scene.gas.gap is not None:
+        given = found["mass"], np.diag(found["stiffness"])
+        gas = squeeze.one_by_one(solution.modes, scene.gas, scales.length, *given)
+        time = np.sqrt(scales.mass / scales.tension)
+        rates = 2 * np.pi * gas.frequency * time
+        found["stiffness"] = found["stiffness"] + np.diag(gas.stiffness.real)
+        found["squeezed"] = np.diag(gas.stiffness.imag / rates)
+    motion = motion_of(scene, scales, solution.modes, products, solution.force.stretching, gas)
+    lost = losses.losses(scene, motion)
+    lost.pop("squeeze", None)  # depends on the frequency: the film's own is no rate of a mode
+    return found | viscous(scene, scales, solution.modes), lost
 
 
 def _discrete(plate: Plate, pieces: _Pieces, held: bool) -> DiscreteFilm:
@@ -232,7 +250,7 @@ class _Pieces:
     def of(cls, plate: Plate) -> _Pieces:
         mass = operators.mass(plate)
         in_plane = algebra.assemble(plate.compiled(plate.in_plane_form))
-        found = cls(plate, _csr(mass), _csr(in_plane), ClassStiffness(plate))
+        found = cls(plate, algebra.as_csr(mass), algebra.as_csr(in_plane), ClassStiffness(plate))
         mass.destroy()
         in_plane.destroy()
         return found
@@ -246,7 +264,7 @@ class _Pieces:
 
     def of_deflections(self, parity: Parity, free: np.ndarray) -> sp.csr_matrix:
         """Stiffness (free, free) of tension and bending of a class."""
-        return _csr(self.stiffness[parity])[free][:, free]
+        return algebra.as_csr(self.stiffness[parity])[free][:, free]
 
     def _dynamics(self, film: PlateFilm, parity: Parity, highest: float) -> ClassDynamics:
         free = film.discrete.free[parity]
@@ -267,7 +285,8 @@ class _Pieces:
         own = film.of_class(parity)
         known = film.shapes(parity), film.values[own], film.rates[own]
         viscous = self._viscous(film, parity)
-        dynamics = ClassDynamics(stiffness, mass, static, extra, *known, 0.0, viscous)
+        gas = None if film.gas is None else film.gas.of_class(parity, free)
+        dynamics = ClassDynamics(stiffness, mass, static, extra, *known, 0.0, viscous, gas)
         return completed(dynamics, film.quality[-1], highest, stiffness if flat else None)
 
     def _viscous(self, film: PlateFilm, parity: Parity) -> sp.csr_matrix | None:
@@ -277,9 +296,5 @@ class _Pieces:
         if time == 0 or not self.plate.bending:
             return None
         free = film.discrete.free[parity]
-        return time * _csr(ClassStiffness(bending.alone(self.plate))[parity])[free][:, free]
-
-
-def _csr(matrix: object) -> sp.csr_matrix:
-    indices, columns, values = matrix.getValuesCSR()  # type: ignore[attr-defined]
-    return sp.csr_matrix((values, columns, indices), matrix.getSize())  # type: ignore[attr-defined]
+        bent = algebra.as_csr(ClassStiffness(bending.alone(self.plate))[parity])
+        return time * bent[free][:, free]

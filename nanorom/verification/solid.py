@@ -14,13 +14,14 @@ from nanorom.fem.fields.faces import Faces
 from nanorom.fem.mesh import thick
 from nanorom.fem.mesh.tetrahedra import LOWER, UPPER
 from nanorom.fem.models import build_solid
-from nanorom.fem.models.solid_system import SolidSystem, sparse
+from nanorom.fem.models.solid_system import SolidSystem
 from nanorom.fem.modes import solid as solids
 from nanorom.fem.modes.solid import SolidModes
 from nanorom.fem.output import losses
 from nanorom.fem.output.solid import FINEST, UP, drawn, drawn_faces
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes.solid import motion_of
+from nanorom.fem.solvers import algebra
 from nanorom.fem.solvers.groups import alone
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.patterns.pattern import Absent, Areal
@@ -89,7 +90,7 @@ class AllWork(FilmWork):
         solid, scene = self.film.modes.solid, self.film.scene
         along = build_solid.stretched(scene)
         factor = tension / scene.plate.thickness * self._length
-        borne = factor * sparse(solid.stretched(along or range(3)))
+        borne = factor * algebra.as_csr(solid.stretched(along or range(3)))
         if along:
             return lambda parity: borne
         # a stress in every direction relaxes where supports do not bear it

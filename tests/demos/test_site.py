@@ -93,6 +93,17 @@ def test_film_is_asked_what_one_mode_leaves_out(make, tmp_path):
         assert 0 < abs(model / film - 1) < 3 * estimate
 
 
+TRIED = set(re.findall(r'DOCS / "([\w/-]+\.md)"', Path(__file__).read_text(encoding="utf-8")))
+OTHERS = {str(page.relative_to(DOCS)) for page in DOCS.rglob("*.md")} - TRIED
+
+
+@pytest.mark.parametrize("name", sorted(OTHERS))
+def test_blocks_of_every_other_page_run_where_the_site_is_built(make, tmp_path, name):
+    """In a folder of nothing, as `./run docs` does; what a page prints is part of it."""
+    page = make.executed(DOCS / name, tmp_path)
+    assert page.count("```python") == (DOCS / name).read_text(encoding="utf-8").count("```python")
+
+
 def test_command_line_page_has_every_command(make):
     page = make.command_line()
     for name in ("reduce", "respond", "identify", "export"):

@@ -9,6 +9,7 @@ import pytest
 from nanorom.cli.main import main
 from nanorom.errors import SceneError
 from nanorom.fem.reduce import reduce_scene
+from nanorom.fem.statics.chords import chord_errors
 from nanorom.fem.tuning import follow
 from nanorom.plots import load_curve
 from nanorom.results.loadcurve import LoadCurve
@@ -55,6 +56,31 @@ def test_stretching_turns_softening_into_stiffening_and_raises_the_pull_in():
     assert curve.pull_in > 1.2 * curve.lumped
     told = curve.text()
     assert "pulled in at" in told and "mean stiffness" in told
+
+
+def test_states_left_of_those_asked_for_go_where_the_curves_bend():
+    """Up to the pull-in, where the frequency falls to nothing; each is one that loads lead to."""
+    scene = gated(3 * UNIT, 3.0, modes=Modes(count=1))
+    curve = follow(scene, points=20)
+    assert len(curve.load) == 20
+    frequency = curve.frequency[curve.stable, 0]
+    assert np.all(np.diff(curve.load) > 0) and np.all(np.diff(curve.centre) > 0)
+    assert frequency[-1] < 0.7 * frequency.max()
+    assert np.abs(np.diff(frequency)).max() < 0.2 * frequency.max()
+    volts = curve.load[[8, -2]]
+    stepped = tune(scene, at=volts.tolist())
+    assert stepped.frequency[:, 0] == pytest.approx(curve.frequency[[8, -2], 0], rel=1e-6)
+    # Newton's method from rest finds the state beyond the pull-in, which is refused
+    model = reduce_scene(attrs.evolve(scene, load=Load(voltage=volts[1], gap=3 * UNIT)))
+    assert model.frequency[0] == pytest.approx(curve.frequency[-2, 0], rel=1e-6)
+
+
+def test_chord_errors_are_heights_of_arcs():
+    angle = np.linspace(0, np.pi / 2, 9)
+    curves = np.column_stack([np.sin(angle), np.where(angle > 1, np.nan, 0.0)])
+    height = 1 - np.cos(np.pi / 32)
+    assert chord_errors(np.cos(angle), curves) == pytest.approx(np.full(8, height), rel=2e-3)
+    assert not chord_errors(np.arange(4.0), np.ones((4, 1))).any()
 
 
 def test_shallow_dome_snaps_through_from_its_scene(tmp_path):

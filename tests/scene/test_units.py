@@ -127,6 +127,9 @@ def test_masses_are_in_grams_and_what_is_no_number_is_a_dash():
     assert with_unit(1e-3, "kg") == "1 g"
     assert with_unit(2e-12, "m^2") == "2 µm^2"  # the prefix is squared with the metre
     assert with_unit(1e-30, "m") == "1e-30 m"
+    assert with_unit(2.5e-12, "Hz") == "2.5e-12 Hz"  # and not 2.5 pHz
+    assert tabulated([2e-12, 5e-13], "Hz", 2) == (["2.0", "0.5"], "1e-12 Hz")
+    assert tabulated([2e-6, 5e-7], "Hz", 2) == (["2.0", "0.5"], "µHz")
     assert place_with_unit((2.5e-6, -1e-6)) == "(2.5, -1) µm"
     assert tabulated([np.nan, 0.0, 2e-9, np.inf], "m", 3) == (["-", "0", "2.00", "-"], "nm")
     assert tabulated([180.0], "1") == (["180"], "1")

@@ -142,6 +142,12 @@ def test_what_is_no_manifold_is_refused_in_one_line():
     viscous = drum(1).with_(damping=nanorom.Damping(100.0, material_time=1e-12))
     with pytest.raises(SceneError, match="damping: found a viscoelastic material"):
         nanorom.manifold(viscous)
+    squeezing = drum(1).with_(gas=nanorom.Gas(pressure=1e3, gap=1e-6))
+    with pytest.raises(SceneError, match="gas.gap: found; manifolds know"):
+        nanorom.manifold(squeezing)
+    tones = nanorom.Drive(1.0, harmonics=[nanorom.Harmonic(2, direct=1.0)])
+    with pytest.raises(SceneError, match="drive.harmonics: found some; manifolds are driven"):
+        nanorom.manifold(drum(1, drive=tones, sweep=nanorom.Sweep("0.9 f1", "1.1 f1")))
     with pytest.raises(SceneError, match="plate.model: found .*; allowed for manifolds"):
         nanorom.manifold(drum(1, model="shell"))
     with pytest.raises(ModelError, match="products of fields of 3 masters"):

@@ -9,12 +9,13 @@ from tests.verification.conftest import drum
 from tests.verification.test_beams import DRIVE, beam
 
 DRUM, BEAM = drum(2, **DRIVE), beam("clamped", **DRIVE)
+GATE = nanorom.Load(gap=1e-6, voltage=1.0)
 
 
 @pytest.mark.parametrize(
     ("scene", "told"),
     [
-        (DRUM.with_(gas=nanorom.Gas(pressure=1e3, gap=1e-6)), "gas.gap: found"),
+        (DRUM.with_(load=GATE, drive=nanorom.Drive(voltage=0.1)), "drive.voltage: orbits of"),
     ],
 )
 def test_verify_refuses_in_one_line_before_a_scene_is_reduced(scene, told, monkeypatch):

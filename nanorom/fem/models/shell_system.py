@@ -131,7 +131,7 @@ class ShellSystem:
         law = _law(shell)
         return cls(
             mass=mass[free][:, free],
-            stiffness=_sparse(stiffness),
+            stiffness=algebra.as_csr(stiffness),
             free=free,
             nodes=len(shell.state.x.array) // 6,
             cells=_tabulated(shell, law),
@@ -305,12 +305,7 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _curvature(shell: Shell, energy: Any) -> sp.csr_matrix:
     """Second derivative of an energy of the state, on all degrees of freedom."""
     form = ufl.derivative(ufl.derivative(energy, shell.state), shell.state)
-    return _sparse(algebra.assemble(compat.form(form)))
-
-
-def _sparse(matrix: PETSc.Mat) -> sp.csr_matrix:
-    rows, columns, values = matrix.getValuesCSR()
-    return sp.csr_matrix((values, columns, rows), matrix.getSize())
+    return algebra.as_csr(algebra.assemble(compat.form(form)))
 
 
 def _law(shell: Shell) -> np.ndarray:

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import attrs
 import numpy as np
-from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
 from nanorom.errors import SolverError
 from nanorom.fem.models.solid import Solid
+from nanorom.fem.solvers import algebra
 
 
 @attrs.frozen(eq=False)
@@ -30,7 +30,7 @@ class SolidSystem:
         """Of a solid on one rank; raises SolverError on several."""
         if solid.domain.comm.size > 1:
             raise SolverError("all of a solid's motion is solved for on one rank")
-        return cls(solid, sparse(solid.mass), sparse(solid.stiffness))
+        return cls(solid, algebra.as_csr(solid.mass), algebra.as_csr(solid.stiffness))
 
     @property
     def size(self) -> int:
@@ -44,6 +44,7 @@ class SolidSystem:
     def cubic(self, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
         """T(u, v, w) (n, p), symmetric in all three."""
         return self.solid.cubic(u, v, w)
+<<<<<<< HEAD
 
     def force(self, u: np.ndarray) -> np.ndarray:
         """Q(u, u) + T(u, u, u) (n, p)."""
@@ -56,9 +57,3 @@ class SolidSystem:
     def pair_products(self, shapes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """int S_jk:C:S_lm (p, p) of pairs (p, 2) of shapes (n, k)."""
         return self.solid.pair_products(shapes, pairs)
-
-
-def sparse(matrix: PETSc.Mat) -> csr_matrix:
-    """A matrix of one rank."""
-    rows, columns, values = matrix.getValuesCSR()
-    return csr_matrix((values, columns, rows), matrix.getSize())

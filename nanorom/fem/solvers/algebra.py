@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from dolfinx import fem
 from dolfinx.fem import petsc as _assembly
 from petsc4py import PETSc
@@ -270,6 +271,12 @@ def dense(matrix: PETSc.Mat, columns: np.ndarray) -> PETSc.Mat:
     block = PETSc.Mat().createDense(sizes, array=values, comm=matrix.comm)
     block.assemble()
     return block
+
+
+def as_csr(matrix: PETSc.Mat) -> sp.csr_matrix:
+    """A matrix of one process as one of SciPy's."""
+    rows, columns, values = matrix.getValuesCSR()
+    return sp.csr_matrix((values, columns, rows), matrix.getSize())
 
 
 def assemble_vector(form: Any) -> np.ndarray:

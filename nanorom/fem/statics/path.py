@@ -109,27 +109,8 @@ def arc_length(
     `load_steps`.  The caller may stop at any time; raises LoadError, with the load reached, when
     steps become too small or too many.
     """
-    path = Path(
-        problem, np.sign(target - float(problem.magnitude.value)) * abs(step), accept, longest
-    )
-    for _ in range(most_steps):
-        before, tangent = path.state, path.tangent
-        found = path.advance()
-        if found[1] != target and (found[1] - target) * (before[1] - target) <= 0:
-            (x, p), (x_new, p_new) = before, found
-            problem.solve(target, x + (x_new - x) * (target - p) / (p_new - p))
-            found = problem.free_values(), target
-        elif path.tangent[1] * tangent[1] < 0:
-            yield path.turning(before, tangent)
-            problem.set_state(*found)
-        problem.factorise()
-        yield PathPoint(found[1], found[0], problem.negative_pivots())
-        if found[1] == target:
-            return
-    raise LoadError(
-        f"the load path was still at load {path.state[1]:g} of {target:g} after {most_steps} steps",
-        reached=path.state[1],
-    )
+    sense = np.sign(target - float(problem.magnitude.value))
+    yield from Path(problem, sense * abs(step), accept, longest).towards(target, most_steps)
 
 
 def limit_point(
@@ -172,6 +153,44 @@ class Path:
         self.tangent = self._unit(rate, np.sign(step))
         self.length = np.sqrt(2.0)
         self._longest = longest * self.length
+
+    def towards(self, target: float, most_steps: int) -> Iterator[PathPoint]:
+        """States up to a load, as `arc_length` describes them."""
+        problem = self.problem
+        for _ in range(most_steps):
+            before, tangent = self.state, self.tangent
+            found = self.advance()
+            if found[1] != target and (found[1] - target) * (before[1] - target) <= 0:
+                (x, p), (x_new, p_new) = before, found
+                problem.solve(target, x + (x_new - x) * (target - p) / (p_new - p))
+                found = problem.free_values(), target
+            elif self.tangent[1] * tangent[1] < 0:
+                yield self.turning(before, tangent)
+                problem.set_state(*found)
+            yield self._point(found)
+            if found[1] == target:
+                return
+        raise LoadError(
+            f"the load path was still at load {self.state[1]:g} of {target:g} after {most_steps} "
+            "steps",
+            reached=self.state[1],
+        )
+
+    def between(self, a: PathPoint, b: PathPoint) -> PathPoint | None:
+        """The state halfway between two neighbours; None if Newton's method fails."""
+        chord = b.values - a.values, b.magnitude - a.magnitude
+        length = np.sqrt(self.product(chord, chord))
+        after = self.state, self.tangent, self.length
+        self.state = a.values, a.magnitude
+        self.tangent, self.length = (chord[0] / length, chord[1] / length), length
+        found = self.at(length / 2)
+        self.state, self.tangent, self.length = after
+        return None if found is None else self._point(found)
+
+    def _point(self, found: State) -> PathPoint:
+        """The problem's current state with its stability."""
+        self.problem.factorise()
+        return PathPoint(found[1], found[0], self.problem.negative_pivots())
 
     def product(self, a: State, b: State) -> float:
         """Scalar product of two directions."""

@@ -103,7 +103,7 @@ def solve(scene: Scene, units: Units, plate: Plate) -> StaticState:
 
     stable = False
     try:
-        for point in path.load_steps(problem, [1.0], accept):
+        for point in path.load_steps(problem, [1.0], steady(film, acting, problem)):
             stable = point.stable
     except SolverError as error:
         if isinstance(error, LoadError) and 0.0 < error.reached and load.gates:
@@ -134,6 +134,28 @@ def _buckled(film: Film, problem: StaticProblem, load_on: buckled.LoadOn) -> np.
     deflection = film.deflection()
     problem.set_state(state, 1.0)
     return deflection
+
+
+def steady(film: Film, load: loads.Load, problem: StaticProblem) -> path.Accept:
+    """What load steps from the current state may find. Collective.
+
+    States that are not at a gate, and before its pull-in: Newton's method finds those beyond it
+    too, which are less stable than the state where the steps begin.
+    """
+    most = None
+    if load.gates:
+        problem.factorise()
+        most = problem.negative_pivots()
+
+    def accept(_: StaticProblem) -> bool:
+        if not loads.admissible(film, load):
+            return False
+        if most is None:
+            return True
+        problem.factorise()
+        return problem.negative_pivots() <= most
+
+    return accept
 
 
 def pulled_in(problem: StaticProblem, error: LoadError, accept: path.Accept) -> LoadError:

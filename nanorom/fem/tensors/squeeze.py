@@ -47,6 +47,19 @@ def squeezed(
     length : the plate's unit of it in m.  Each mode by itself: that the gas couples them is left
     out.  Raises SolverError where it changes their order.
     """
+    found = one_by_one(modes, gas, length, mass, stiffness)
+    if (np.diff(found.frequency) < -SETTLED * found.frequency[1:]).any():
+        raise SolverError(
+            "gas.gap: the squeezed gas is so stiff that it changes the order of the modes; ask for "
+            "fewer of them, or widen the gap"
+        )
+    return attrs.evolve(found, frequency=np.maximum.accumulate(found.frequency))
+
+
+def one_by_one(
+    modes: Modes, gas: Gas, length: float, mass: np.ndarray, stiffness: np.ndarray
+) -> Squeezed:
+    """The same, whatever order the gas gives them. Collective."""
     assert gas.gap is not None
     film = Film.of(modes.plate, gas.vented)
     force, frequency = np.zeros(len(mass), dtype=complex), np.zeros(len(mass))
@@ -60,12 +73,7 @@ def squeezed(
             if abs(omega / last - 1) < SETTLED:
                 break
         frequency[i] = omega / (2 * np.pi)
-    if (np.diff(frequency) < -SETTLED * frequency[1:]).any():
-        raise SolverError(
-            "gas.gap: the squeezed gas is so stiff that it changes the order of the modes; ask for "
-            "fewer of them, or widen the gap"
-        )
-    return Squeezed(np.maximum.accumulate(frequency), force)
+    return Squeezed(frequency, force)
 
 
 @attrs.frozen(eq=False)
