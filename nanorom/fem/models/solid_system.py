@@ -44,7 +44,6 @@ class SolidSystem:
     def cubic(self, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
         """T(u, v, w) (n, p), symmetric in all three."""
         return self.solid.cubic(u, v, w)
-<<<<<<< HEAD
 
     def force(self, u: np.ndarray) -> np.ndarray:
         """Q(u, u) + T(u, u, u) (n, p)."""
