@@ -45,6 +45,10 @@ class SolidSystem:
         """T(u, v, w) (n, p), symmetric in all three."""
         return self.solid.cubic(u, v, w)
 
+    def linear(self, u: np.ndarray) -> np.ndarray:
+        """K u (n, p)."""
+        return self.solid.linear(u)
+
     def force(self, u: np.ndarray) -> np.ndarray:
         """Q(u, u) + T(u, u, u) (n, p)."""
         return self.solid.beyond(u)
