@@ -12,7 +12,7 @@ import numpy as np
 from nanorom.continuation import PeriodicOrbit
 from nanorom.continuation.system import ModalSystem
 from nanorom.errors import FileError, SceneError
-from nanorom.export.formats import FORMATS, Format
+from nanorom.export.formats import FORMATS, Format, names
 from nanorom.files.stored import call
 from nanorom.results.response import Response
 from nanorom.rom.model import ReducedModel
@@ -71,8 +71,7 @@ def export_response(response: Response, to: str, target: str | os.PathLike[str])
     """
     write = _format(to).response
     if not write:
-        able = ", ".join(name for name, each in FORMATS.items() if each.response)
-        raise FileError(f"export: {to} is for models; a response goes to {able}")
+        raise FileError(f"export: {to} is for models; a response goes to {names(of_response=True)}")
     call(write, response, Path(target))
     return Path(target)
 

@@ -9,9 +9,15 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from nanorom.files.whole import check_parent
+
 
 def write_folder(path: Path, files: Mapping[str, str | bytes]) -> None:
-    """Make or fill a folder; files that end in .sh can be run. Raises OSError."""
+    """Make or fill a folder; files that end in .sh can be run. Raises OSError.
+
+    FileError where there is no place for it.
+    """
+    check_parent(path)
     temporary = Path(tempfile.mkdtemp(dir=path.parent, prefix=f".{path.name}."))
     try:
         for name, contents in files.items():

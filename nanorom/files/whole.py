@@ -18,6 +18,11 @@ def check_writable(path: str | Path) -> None:
     """Raise FileError unless a file can be written at the path. Call before expensive work."""
     path = Path(path)
     _check_target(path)
+    check_parent(path)
+
+
+def check_parent(path: Path) -> None:
+    """Raise FileError unless the directory of a path is there and can be written to."""
     if not path.parent.is_dir():
         raise FileError(f"{path}: there is no directory '{path.parent}'; make it first")
     _check_directory(path.parent, path)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from nanorom.plots.style import COLUMN, save, scaled, styled
+from nanorom.plots.style import COLUMN, axis_unit, save, styled
 from nanorom.results.design import Design
 
 MOST = 6  # formulas, and keys, that are drawn
@@ -49,7 +49,7 @@ def _panel(
     axes: object, design: Design, across: tuple[np.ndarray, np.ndarray], unit: str, row: int
 ) -> None:
     draw = axes.plot  # type: ignore[attr-defined]
-    x, y = scaled(across[0], unit)[0], scaled(design.value[:, row], design.of_unit[row])[0]
+    x, y = axis_unit(across[0], unit)[0], axis_unit(design.value[:, row], design.of_unit[row])[0]
     missed = design.violation > MET
     draw(x * across[0][missed], y * design.value[missed, row], ".", color="0.8", markersize=3)
     draw(x * across[0][~missed], y * design.value[~missed, row], ".", color="C0", markersize=3)
@@ -62,5 +62,5 @@ def _panel(
 
 
 def _named(label: object, name: str, values: np.ndarray, unit: str) -> None:
-    shown = scaled(values, unit)[1]
+    shown = axis_unit(values, unit)[1]
     label(f"{name} ({shown})" if shown else name)  # type: ignore[operator]

@@ -10,12 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nanorom.plots.style import (
-    COLUMN,
-    save,
-    scaled,
-    styled,
-)
+from nanorom.plots.style import COLUMN, axis_unit, save, scaled, styled
 from nanorom.results.loadcurve import UNITS, LoadCurve
 from nanorom.types import Array
 
@@ -46,9 +41,10 @@ def load_curve(curve: LoadCurve, path: str | Path | None = None) -> Figure:
     _draw_modes(below, x, curve.names, curve.frequency * frequency)
     below.set_ylabel(f"frequency ({frequency_unit})")
     if curve.cubic is not None:
-        _draw_modes(panels[2], x, curve.names, curve.cubic)
+        factor, unit = axis_unit(curve.cubic, "N/m^3")
+        _draw_modes(panels[2], x, curve.names, curve.cubic * factor)
         panels[2].axhline(0.0, color="0.6", lw=0.7)
-        panels[2].set_ylabel("cubic coefficient (N/m$^3$)")
+        panels[2].set_ylabel(f"cubic coefficient ({unit})")
     panels[-1].set_xlabel(f"{curve.quantity} ({load_unit})")
     below.xaxis.set_major_locator(MaxNLocator(6))
     what = "pull-in" if curve.quantity == "voltage" else "limit point"

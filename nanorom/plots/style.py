@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -9,11 +10,13 @@ from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 from PIL import Image
 
 from nanorom.errors import FileError
 from nanorom.files import stored
 from nanorom.files.whole import atomic_path
+from nanorom.scene.units import common_unit
 from nanorom.scene.units import scaled as scaled
 from nanorom.scene.units import with_unit as with_unit
 
@@ -36,6 +39,13 @@ SETTINGS = {
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
 }
+
+
+def axis_unit(values: ArrayLike, unit: str) -> tuple[float, str]:
+    """Factor and unit for values along an axis, "10¹⁵ N/m³" where prefixes do not serve."""
+    factor, name = common_unit(values, unit)
+    name = re.sub(r"^1e(-?\d+) ", r"10^\1 ", name)
+    return factor, re.sub(r"\^(-?\d+)", r"$^{\1}$", name)
 
 
 def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:

@@ -193,19 +193,27 @@ def _thousands(values: ArrayLike) -> int:
     return int(3 * np.floor(np.log10(largest) / 3 + 1e-9)) if largest > 0 else 0
 
 
+def common_unit(values: ArrayLike, unit: str) -> tuple[float, str]:
+    """Factor and unit over a column or beside an axis, in which the largest value is 1 ... 1000.
+
+    Units that take no prefix, as N/m^3 does not, get a power of ten: "1e15 N/m^3"; so does what no
+    prefix in use brings near 1.
+    """
+    power = _thousands(values)
+    if "^" in unit or power < LEAST.get(unit, power):
+        return 10.0**-power, f"1e{power} {unit}" if power else unit
+    return scaled(values, unit)
+
+
 def tabulated(values: ArrayLike, unit: str, digits: int = 6) -> tuple[list[str], str]:
     """Numbers of a column with that many digits, and the unit that all of them are in.
 
-    Units that take no prefix, as N/m^3 does not, get a power of ten: "1e15 N/m^3"; so does what no
-    prefix in use brings near 1.  What is no finite number is "-".
+    What is no finite number is "-".
     """
     values = np.asarray(values, dtype=float).ravel()
     if unit in ("", "1"):
         return [_positional(value, digits, "-") for value in values.tolist()], unit
-    factor, name = scaled(values, unit)
-    power = _thousands(values)
-    if "^" in unit or power < LEAST.get(unit, power):
-        factor, name = 10.0**-power, f"1e{power} {unit}" if power else unit
+    factor, name = common_unit(values, unit)
     return [_positional(value * factor, digits, "k") for value in values.tolist()], name
 
 

@@ -79,7 +79,7 @@ def test_matlab_functions_are_the_equations_and_their_derivatives(tmp_path, quad
 
 
 FORCES = """
-load model.mat; q = {q}; v = {v};
+load model.mat; q = {}; v = {};
 loss = zeros(rows(q), 1);
 for k = 1:rows(q) for j = 1:rows(q) for l = 1:rows(q)
   loss += cubic_damping(:, k, j, l) * v(k) * q(j) * q(l);
@@ -99,8 +99,8 @@ def test_matlab_files_are_read_as_they_describe_themselves(tmp_path, response):
     export(given, "matlab", tmp_path / "model.mat")
     export_response(response, "matlab", tmp_path / "response.mat")
     q, v = np.random.default_rng(5).normal(size=(2, SIZE))
-    program = FORCES.format(q=[[x] for x in q], v=[[x] for x in v])
-    program = program.replace("], [", "]; [")
+    columns = ("; ".join(map(repr, values.tolist())) for values in (q, v))
+    program = FORCES.format(*(f"[{column}]" for column in columns))
     options = ["--quiet", "--eval", program]
     subprocess.run(["octave-cli", *options], cwd=tmp_path, check=True, timeout=60)
     found = loadmat(tmp_path / "found.mat", squeeze_me=True)

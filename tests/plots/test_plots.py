@@ -12,7 +12,7 @@ from nanorom.continuation.orbits.bifurcations import KINDS
 from nanorom.errors import FileError, ModelError
 from nanorom.plots import amplitude_panels, mode_gallery, response_figure
 from nanorom.plots.curves import smooth
-from nanorom.plots.style import COLUMN, scaled, with_unit
+from nanorom.plots.style import COLUMN, axis_unit, scaled, with_unit
 from nanorom.results.response import Response
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.drive import Drive
@@ -266,6 +266,12 @@ def test_drawing_leaves_the_callers_settings_alone(response):
 )
 def test_values_are_shown_with_the_prefix_that_fits(value, unit, text):
     assert with_unit(value, unit) == text
+
+
+def test_units_beside_axes_have_no_prefix_where_their_metre_has_a_power():
+    assert axis_unit([1.7e15, 2e12], "N/m^3") == (1e-15, "10$^{15}$ N/m$^{3}$")
+    assert axis_unit([2e7], "Hz") == (1e-6, "MHz")
+    assert axis_unit([3.0], "") == (1.0, "")
 
 
 def test_prefix_of_an_axis_follows_its_largest_value():

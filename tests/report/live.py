@@ -1,5 +1,7 @@
 """What tests of the live page do with it: click a point, read which one is selected."""
 
+import re
+
 import pytest
 
 from nanorom.continuation import Diagram
@@ -10,6 +12,7 @@ needs_chromium = pytest.mark.skipif(
 )
 
 SINGLE = 2e-7  # relative: numbers that the page holds in binary32
+PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1, "k": 1e3, "M": 1e6}
 
 
 def click_point(browser, branch, index):
@@ -44,3 +47,17 @@ def point_of(response, found) -> tuple[Diagram, object, int]:
         return branch, branch.orbit(found["index"]), found["index"]
     point = diagram.special_points[found["special"]]
     return point, point.orbit, None
+
+
+def amount(text):
+    """A number of the page with its unit, "21.15 MHz", in SI."""
+    number, unit = text.replace("−", "-").split()
+    return float(number) * PREFIXES[re.sub("(Hz|N/m|m|V|Pa|N)$", "", unit)]
+
+
+def facts(browser):
+    rows = browser.evaluate(
+        "[...document.querySelectorAll('.beside .facts tr')].map((row) => "
+        "[...row.cells].map((cell) => cell.textContent))"
+    )
+    return dict(rows)

@@ -15,27 +15,12 @@ from nanorom.results import table
 from nanorom.results.loadcurve import LoadCurve
 from nanorom.rom import motion
 from tests.report import live
-from tests.report.live import SINGLE, click_point, point_of, selected
+from tests.report.live import SINGLE, amount, click_point, facts, point_of, selected
 
 pytestmark = live.needs_chromium
 
 SHOWN = 5.1e-6  # relative: numbers that are written with six digits
-PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1, "k": 1e3, "M": 1e6}
 SIZE = 3_000_000  # bytes of a page at most
-
-
-def amount(text):
-    """A number of the page with its unit, "21.15 MHz", in SI."""
-    number, unit = text.replace("−", "-").split()
-    return float(number) * PREFIXES[unit.removesuffix("Hz").removesuffix("m")]
-
-
-def facts(browser):
-    rows = browser.evaluate(
-        "[...document.querySelectorAll('.beside .facts tr')].map((row) => "
-        "[...row.cells].map((cell) => cell.textContent))"
-    )
-    return dict(rows)
 
 
 def all_branches(response):

@@ -26,7 +26,7 @@ CORNER_ERROR = 0.01  # of the energy's singular part where no cell shrinks
 AT_POINT = 100.0  # by the root of the tolerance, to which errors at a point mass fall: measured
 SMALLEST_MOVING = 0.3  # size of cells that move by that before: rounding grows with them
 SINGULAR = 2.5  # exponent of the energy's error up to which they have to shrink further:
-SMALLEST_SINGULAR = 3e-3  # to this, where nothing is softer than the film; rounding allows no less
+SMALLEST_SINGULAR = 1e-3  # to this by the film's slenderness; rounding allows no less
 LONGER = 1e-9  # edges that differ by less than this (relative) are as long
 STRAIGHT = 1e-3  # radians by which a straight side may turn
 
@@ -35,15 +35,15 @@ STRAIGHT = 1e-3  # radians by which a straight side may turn
 class Corners:
     """How to grade: kind of support by name of a curve, Poisson's ratio, tolerance of energies.
 
-    points: x, y inside the film towards which cells shrink too, down to a radius; softest: what
-    resists the softest motion by a square's bending: rounding counts by it.
+    points: x, y inside the film towards which cells shrink too, down to a radius; slenderness:
+    length by width, to which cells are made; what bends over the length is the softer for it.
     """
 
     kind: Callable[[str], Kind]
     nu: float
     tolerance: float
     points: tuple[tuple[float, float, float], ...] = ()
-    softest: float = 1.0
+    slenderness: float = 1.0
 
     @property
     def share(self) -> float:
@@ -68,7 +68,7 @@ class Corners:
             return size
         least = SMALLEST_MOVING
         if exponent < SINGULAR:
-            least = min(least, SMALLEST_SINGULAR / np.sqrt(self.softest))
+            least = min(least, SMALLEST_SINGULAR * self.slenderness)
         return max(size, least)
 
 

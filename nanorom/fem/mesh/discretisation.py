@@ -117,27 +117,11 @@ def _corners(scene: Scene, length: float, tolerance: float | None) -> Corners | 
     )
     points += corners_of(scene, length, Mirrors.of(scene))
     nu = scene.material.poisson_ratio
-    return Corners(scene.support.kind, nu, tolerance, points, _softest(scene, length))
-
-
-def _softest(scene: Scene, length: float) -> float:
-    """What resists the softest motion, at most that of a square by its bending over a length in m.
-
-    An elastic edge that is softer than that, or a slender film's length: cells are by its width.
-    """
-    bending = scene.material.bending_stiffness(scene.plate.thickness)
-    holding = [kind for kind in map(deflection_of, scene.supports.values()) if kind != "free"]
-    found = [1.0]
-    for edge in scene.support.springs:
-        if edge.spring is not None:
-            found.append(edge.spring * length**4 / bending)
-            if len(holding) == 1 and edge.rotational:  # the film turns about it
-                found.append(edge.rotational * length**2 / bending)
     slenderness = 1.0
     if isinstance(scene.geometry, Rectangle):
         sides = scene.geometry.length, scene.geometry.width
         slenderness = max(sides) / min(sides)
-    return min(found) / slenderness**2
+    return Corners(scene.support.kind, nu, tolerance, points, slenderness)
 
 
 def _cell_size(

@@ -11,15 +11,14 @@ were set against the exact solutions of discs, squares and strings (``nanorom be
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 
 import attrs
-import basix
 import numpy as np
 from mpi4py import MPI
 
 from nanorom.fem.fields import quadrature
 from nanorom.fem.models.plate import Plate
+from nanorom.fem.modes import decay
 from nanorom.fem.modes.eigen import NEAR, Modes, clusters
 from nanorom.fem.solvers import algebra, compat
 from nanorom.scene import elasticity
@@ -31,10 +30,7 @@ FREQUENCY = 3.0  # from the extrapolated energy of a shape to the error of its e
 AVERAGES = 6.0  # from that of a shape and of what weighs it to the error of integrals over it
 IN_PLANE = 1.5  # from that of the in-plane displacement to its error
 STRETCHED = 1.0  # from the same to the error of frequencies that it stiffens
-SLOWEST = 0.6  # ratio of tails of the strongest singularity, a crack's is 0.5; beyond is noise
 RELAXED = 1.5  # from the bound on what an error of relaxed pre-stress does to its estimate
-DEPENDENT = 1e-12  # of a polynomial's energy: what the others may leave of it
-INEXACT = 1e-13  # of the energy that a polynomial has where all directions count: how it is known
 CHUNK = 256  # cells at a time
 TENSOR = np.array([1.0, 1.0, np.sqrt(2.0)])  # from (xx, yy, 2 xy) to a basis of unit tensors
 
@@ -45,7 +41,7 @@ class ModeErrors:
 
     average: of integrals over the shape; scale: of the value at its peak, to which it is scaled;
     mixing: the part of average that modes of nearly one frequency cause, which errors turn into
-    each other.
+    each other.  strained: no error, but the part of the energy that is not of springs.
     """
 
     frequency: np.ndarray
@@ -53,6 +49,7 @@ class ModeErrors:
     average: np.ndarray
     scale: np.ndarray
     mixing: np.ndarray
+    strained: np.ndarray
 
     def take(self, index: np.ndarray) -> ModeErrors:
         """Those of some of the modes."""
@@ -111,7 +108,8 @@ def of_modes(modes: Modes, stiffening: float = 0.0) -> ModeErrors:
     mixing = _mixing(modes, frequency)
     if modes.shift is not None:
         frequency = frequency + modes.shift
-    return ModeErrors(frequency, tails.rounded, average + mixing, scale, mixing)
+    strained = tails.whole / tails.energy
+    return ModeErrors(frequency, tails.rounded, average + mixing, scale, mixing, strained)
 
 
 def unsure(modes: Modes, stiffening: float = 0.0) -> float:
@@ -221,26 +219,14 @@ def in_plane_errors(plate: Plate, displacements: np.ndarray) -> np.ndarray:
     tails = np.zeros((3, displacements.shape[1]))
     for cells, inverse, area in _cell_maps(plate):
         metric = (stiffness[cells] * area)[:, None, None] * (inverse @ np.swapaxes(inverse, 1, 2))
-        factor = _orthonormal(plate.degree, metric)
+        factor = decay.orthonormal(plate.degree, metric)
         for component in (0, 1):
-            tails += _tails(plate.degree, factor, displacements[2 * dofs[cells] + component])
+            tails += decay.tails(plate.degree, factor, displacements[2 * dofs[cells] + component])
     return np.asarray(plate.domain.comm.allreduce(tails)[0])
 
 
-def extrapolated(tails: np.ndarray) -> np.ndarray:
-    """What is beyond degree k, from what is beyond k - 1, k - 2 and k - 3, (3, ...).
-
-    Even and odd degrees do not shrink the tail alike: the next shrinks it as the last but one.
-    Tails end at degree k: where they decay as slowly as at a corner, as a power of the degree, most
-    of the energy is beyond it.
-    """
-    last, longer, longest = tails
-    ratio = np.divide(longer, longest, out=np.ones_like(last), where=longest > 0)
-    return last * ratio / (1 - np.minimum(ratio, SLOWEST)) ** 3
-
-
 def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) -> np.ndarray:
-    """Energies (3, n) of tension and bending in this rank's cells, see `_tails`."""
+    """Energies (3, n) of tension and bending in this rank's cells, see `decay.tails`."""
     dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
     values, axes = np.linalg.eigh(plate.state.tensor)
     tension = (axes * (np.abs(values) + stiffening)) @ axes.T
@@ -258,8 +244,8 @@ def _deflection_tails(plate: Plate, deflections: np.ndarray, stiffening: float) 
             xx, xy, yx, yy = np.moveaxis(turned.reshape(len(cells), 4, 4), 2, 0)
             turned = np.stack([xx, xy + yx, yy], axis=2)
             curvatures = np.einsum("c,cka,ckb->cab", stiffest[cells] * area, turned, turned)
-        factor = _orthonormal(plate.degree, slopes, curvatures)
-        tails += _tails(plate.degree, factor, deflections[dofs[cells]])
+        factor = decay.orthonormal(plate.degree, slopes, curvatures)
+        tails += decay.tails(plate.degree, factor, deflections[dofs[cells]])
     return tails
 
 
@@ -273,102 +259,20 @@ def _cell_maps(plate: Plate) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarra
         yield cells, np.linalg.inv(jacobian), np.abs(np.linalg.det(jacobian))
 
 
-@attrs.frozen(eq=False)
-class _Polynomials:
-    """Orthonormal polynomials of the reference triangle up to a degree, sorted by degree.
-
-    coefficients: (n, n) from nodal values to theirs; slopes: (2, 2, n, n) and curvatures:
-    (3, 3, n, n) integrals of products of their first and second derivatives.
-    """
-
-    coefficients: np.ndarray
-    slopes: np.ndarray
-    curvatures: np.ndarray
-
-    @classmethod
-    @lru_cache(maxsize=8)
-    def of(cls, degree: int) -> _Polynomials:
-        element = compat.reference_element(degree)
-        rule = basix.make_quadrature(basix.CellType.triangle, 2 * degree)
-        points, weights = np.asarray(rule[0]), np.asarray(rule[1])
-        at_nodes = compat.orthonormal_polynomials(degree, np.asarray(element.points))
-        nodal = np.asarray(element.tabulate(2, points)).reshape(6, len(points), -1)
-        derivatives = nodal @ at_nodes.T
-        products = [
-            np.einsum("q,aqm,bqn->abmn", weights, part, part, optimize=True)
-            for part in (derivatives[1:3], derivatives[3:])
-        ]
-        return cls(np.linalg.inv(at_nodes.T), *products)
-
-
-def _orthonormal(
-    degree: int, slopes: np.ndarray, curvatures: np.ndarray | None = None
-) -> np.ndarray:
-    """Matrices (c, n, n) from nodal values in cells to polynomials orthonormal in their energy.
-
-    slopes: (c, 2, 2) and curvatures: (c, 3, 3) weigh the products of first and second derivatives
-    in the reference cell.  Of Cholesky's factor: sorted by degree, each of the polynomials is
-    orthogonal to all before it.  Where one direction alone counts, in a sliver or under tension
-    along it, rounding of the others is added lest the matrix be indefinite.
-    """
-    known = _Polynomials.of(degree)
-    n = len(known.coefficients)
-    energy, inexact = np.zeros((len(slopes), n * n)), np.zeros((len(slopes), n))
-    for weights, products in ((slopes, known.slopes), (curvatures, known.curvatures)):
-        if weights is not None:
-            energy += weights.reshape(len(weights), -1) @ products.reshape(-1, n * n)
-            largest = np.abs(weights).max(axis=(1, 2))
-            inexact += INEXACT * largest[:, None] * np.einsum("aann->n", products)
-    energy = energy.reshape(-1, n, n)
-    square = np.einsum("cnn->cn", energy)  # a view
-    square += inexact
-    # rigid motions have none
-    size = np.sqrt(np.maximum(square, DEPENDENT * square.max(axis=1, keepdims=True)))
-    scaled = energy / (size[:, :, None] * size[:, None, :])
-    factor = np.swapaxes(_cholesky(scaled), 1, 2)
-    return np.asarray(factor * size[:, None, :] @ known.coefficients)
-
-
-def _cholesky(energy: np.ndarray) -> np.ndarray:
-    """Factors (c, n, n) of energies, semidefinite to round-off: more so in long, thin cells."""
-    more = DEPENDENT
-    while True:
-        try:
-            return np.linalg.cholesky(energy + more * np.eye(energy.shape[1]))
-        except np.linalg.LinAlgError:
-            more *= 10
-
-
-def _tails(degree: int, factor: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """Energies (3, m) of nodal values (c, n, m): beyond the degree k, beyond k - 1, and all of it.
-
-    Extrapolated cell by cell: in a corner, where the solution is singular, it decays slowly.
-    """
-    squares = np.matmul(factor, local) ** 2
-    tails = np.array([squares[:, first:].sum(axis=1) for first in _beyond(degree)])
-    return np.array([extrapolated(tails).sum(axis=0), tails[0].sum(axis=0), squares.sum((0, 1))])
-
-
-def _beyond(degree: int) -> list[int]:
-    """First polynomials beyond degree k - 1, k - 2 and k - 3."""
-    kept = [max(degree - back, 0) for back in (1, 2, 3)]
-    return [(k + 1) * (k + 2) // 2 for k in kept]
-
-
 def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
     """What shapes (local dofs, n) leave out in the cells at their peaks: rms, relative (n,).
 
     Errors of cells go on in those beside them: what is longer than the peak is away counts too.
     """
     dofs = compat.cell_dofs(plate.deflections)[: quadrature.owned_cells(plate)]
-    coefficients = _Polynomials.of(plate.degree).coefficients
+    coefficients = decay.Polynomials.of(plate.degree).coefficients
     heights, tails = [np.empty((0, shapes.shape[1]))], [np.empty((3, 0, shapes.shape[1]))]
     for first in range(0, len(dofs), CHUNK):
         local = shapes[dofs[first : first + CHUNK]]
         heights.append(np.abs(local).max(axis=1))
         squares = np.matmul(coefficients, local) ** 2
         # the reference triangle's area is a half
-        parts = [2 * squares[:, i:].sum(axis=1) for i in _beyond(plate.degree)]
+        parts = [2 * squares[:, i:].sum(axis=1) for i in decay.beyond(plate.degree)]
         tails.append(np.array(parts))
     height, squares = np.concatenate(heights), np.concatenate(tails, axis=1)
     middles, spans = _middles(plate)
@@ -377,7 +281,7 @@ def _at_peaks(plate: Plate, shapes: np.ndarray) -> np.ndarray:
     near = (height > AT_PEAK * highest) | (away <= spans[:, None])
     at_peak = np.where(near, squares, 0.0).max(axis=1, initial=0.0)
     plate.domain.comm.Allreduce(MPI.IN_PLACE, at_peak, op=MPI.MAX)
-    return np.asarray(np.sqrt(extrapolated(at_peak)) / highest)
+    return np.asarray(np.sqrt(decay.extrapolated(at_peak)) / highest)
 
 
 def _middles(plate: Plate) -> tuple[np.ndarray, np.ndarray]:

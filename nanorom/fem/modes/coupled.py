@@ -78,9 +78,9 @@ class CoupledSolver(eigen.ClassSolver):
         self.eigenvalues = np.empty(0)
         self.vectors = np.empty((0, 0))
 
-    def _rigid_motions(self, mass: PETSc.Mat) -> int:
+    def _rigid_motions(self, mass: PETSc.Mat) -> np.ndarray:
         """None: a film that is not flat is held."""
-        return 0
+        return np.empty(0)
 
     def deflection(self, i: int) -> np.ndarray:
         """Deflection (local dofs,) of a mode, numbered as the plate does. Collective."""

@@ -188,20 +188,21 @@ class ClassSolver:
         k = self.free.restrict(self._stiffness[self.parity])
         m = self.free.restrict(self._mass)
         compat.free_memory(self.free.comm)  # of the class's stiffness on all degrees of freedom
-        n_rigid, shift = self._rigid_motions(m), 0.0
-        if n_rigid:
+        resisted, shift = self._rigid_motions(m), 0.0
+        n_rigid = int((resisted < rigid.FREE).sum())
+        if resisted.min(initial=np.inf) < rigid.SOFT:
             shift = rigid.scale(self.plate)
-            self._shift = shift, m
             k.axpy(shift, m, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        self._shift = (shift, m) if n_rigid else None
         asked = min(count + n_rigid, self.free.size)
         if self.plate.solvers.iterates(self.free):
             values, vectors = self._iterated(k, m, asked)
         else:
-            values, vectors = lowest(k, m, asked, self._force)
+            values, vectors = lowest(k, m, asked, self._force, 0.0 if n_rigid else shift)
         k.destroy()
         m.destroy()
         compat.free_memory(self.free.comm)
-        return values[n_rigid:] - shift, vectors[:, n_rigid:]
+        return values[n_rigid:] - (shift if n_rigid else 0.0), vectors[:, n_rigid:]
 
     def _iterated(self, k: PETSc.Mat, m: PETSc.Mat, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The lowest modes, by iterations from those of the same mesh in degree 2. Collective."""
@@ -243,9 +244,9 @@ class ClassSolver:
         shift, mass = self._shift
         return force + shift * algebra.multiply(mass, vectors)
 
-    def _rigid_motions(self, mass: PETSc.Mat) -> int:
-        """How many motions without a frequency the class has. Collective."""
-        return rigid.count(self.plate, self.parity, self.free, mass, self._linear_force)
+    def _rigid_motions(self, mass: PETSc.Mat) -> np.ndarray:
+        """What resists the class's rigid motions, see `rigid.resisted`. Collective."""
+        return rigid.resisted(self.plate, self.parity, self.free, mass, self._linear_force)
 
     def deflection(self, i: int) -> np.ndarray:
         """Deflection (local dofs,) of a mode. Collective."""
@@ -272,11 +273,11 @@ def _merged(
 
 
 def lowest(
-    k: PETSc.Mat, m: PETSc.Mat, count: int, force: Columns | None = None
+    k: PETSc.Mat, m: PETSc.Mat, count: int, force: Columns | None = None, shift: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """The ``count`` lowest eigenvalues and the owned rows of their vectors. Collective.
 
-    ``force``: what k does, to more digits than its entries have.
+    ``force``: what k does, to more digits than its entries have, but for ``shift`` times the mass.
     """
     solver = _shift_and_invert(k, m, count)
     transform = solver.getST()
@@ -308,7 +309,7 @@ def lowest(
     if force is not None:
         rounded = values
         values, vectors, _ = polished(force, m, factors.solve_once, vectors)
-        change = np.abs(rounded / values - 1).max()
+        change = np.abs(rounded / (values + shift) - 1).max()
         if not change < ROUNDED:
             raise SolverError(
                 f"rounding changes the stiffness of modes by {change:.1e}, more than {ROUNDED:g}: "
@@ -361,6 +362,8 @@ def _confirmed(
     if not residual[worst] < EIGEN_ACCEPTED:
         raise SolverError(
             f"mode {worst + 1} has a relative residual of {residual[worst]:.1e}, more than "
-            f"{EIGEN_ACCEPTED:.0e}; refine the mesh or check the tension"
+            f"{EIGEN_ACCEPTED:.0e}: rounding of the stiffness moves it, as where cells are small "
+            "beside the film or a compression nearly buckles it; ask for a larger tolerance, or "
+            "give the mesh no smaller cells than it needs"
         )
     return vectors

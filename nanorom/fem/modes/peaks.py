@@ -134,7 +134,9 @@ class _Waves:
     def on_disc(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Which points (n, 2) are on the disc, on one side of mirrors; (r/radius)^2 of them all."""
         away = points - self.centre
-        ratio = np.einsum("nd,nd->n", away, away) / self.radius**2
+        square, size = np.einsum("nd,nd->n", away, away), self.radius**2
+        # without room, as at a free edge, the square of the radius may be nothing
+        ratio = np.divide(square, size, out=np.full(len(square), np.inf), where=square < size)
         return (ratio < 1) & (points[:, self.even] > 0).all(axis=1), ratio
 
     def at(self, points: np.ndarray) -> np.ndarray:

@@ -1,7 +1,8 @@
 """Rigid motions of a flat film out of its plane, which a film that nothing holds is free to make.
 
 They have no frequency and no part in a reduced model: they are left out.  A shift of the spectrum
-makes the stiffness definite, K + s M, and leaves the modes as they are.
+makes the stiffness definite, K + s M, and leaves the modes as they are.  So it does where springs
+resist them, but by less than the stiffness of bending is rounded by.
 """
 
 from __future__ import annotations
@@ -16,22 +17,28 @@ from nanorom.fem.solvers import algebra
 from nanorom.fem.symmetry import Parity
 
 FREE = 1e-12  # of the stiffness of bending over the whole film: what resists less is rounding
+SOFT = 0.1  # of the same: small cells round their stiffness by 1e-3 and more, measured
 
 
 def scale(plate: Plate) -> float:
     """Squared frequency, to its order of magnitude, of the film's lowest mode. Collective."""
-    _, radius = extent(plate)
-    wave = np.pi / (2 * radius)
+    wave = wavenumber(plate)
     bending = plate.stiffness.bending if plate.bending else 0.0
     return float(bending * wave**4 + np.abs(plate.state.tensor).max() * wave**2)
 
 
-def count(
-    plate: Plate, parity: Parity, free: algebra.FreeDofs, mass: PETSc.Mat, force: LinearForce
-) -> int:
-    """How many rigid motions of a class of symmetry nothing resists; mass on free rows. Collective.
+def wavenumber(plate: Plate) -> float:
+    """Of half a wave over the film's longer side. Collective."""
+    return float(np.pi / (2 * extent(plate)[1]))
 
-    Of w = 1, x and y those that rigid supports allow, whose energy is none.
+
+def resisted(
+    plate: Plate, parity: Parity, free: algebra.FreeDofs, mass: PETSc.Mat, force: LinearForce
+) -> np.ndarray:
+    """Squared frequencies (n,), by `scale`, of a class's rigid motions; mass on free rows.
+
+    Of w = 1, x and y those that rigid supports allow; `FREE` and less where nothing resists them.
+    Collective.
     """
     comm, places = free.comm, plate.deflections.tabulate_dof_coordinates()[:, :2]
     motions = np.column_stack([np.ones(len(places)), places])
@@ -43,20 +50,20 @@ def count(
     owned = motions[: free.n_owned]
     gram = comm.allreduce(np.array([owned[held].T @ owned[held], owned.T @ owned]))
     if motions.shape[1] == 0:
-        return 0
-    allowed = _null(gram[0], gram[1], FREE)
-    motions = motions @ allowed
+        return np.empty(0)
+    at_supports, allowed = _ratios(gram[0], gram[1])
+    motions = motions @ allowed[:, at_supports < FREE]
     if motions.shape[1] == 0:
-        return 0
+        return np.empty(0)
     own = free.taken(motions)
     work = own.T @ free.taken(force(parity, motions))
     square = own.T @ algebra.multiply(mass, own)
     work, square = comm.allreduce(np.array([work, square]))
-    return _null(work, square, FREE * scale(plate)).shape[1]
+    return _ratios(work, square)[0] / scale(plate)
 
 
-def _null(form: np.ndarray, square: np.ndarray, least: float) -> np.ndarray:
-    """Combinations (n, m) in which a form is less than a part of another, definite one."""
+def _ratios(form: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sizes (n,) of a form by another, definite one, and the combinations (n, n) that have them."""
     root = np.linalg.inv(np.linalg.cholesky(square))
     values, vectors = np.linalg.eigh(root @ form @ root.T)
-    return np.asarray(root.T @ vectors[:, np.abs(values) < least])
+    return np.abs(values), root.T @ vectors

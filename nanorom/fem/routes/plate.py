@@ -18,7 +18,7 @@ from nanorom.fem.mesh.discretisation import Discretisation
 from nanorom.fem.models import following, inertia, layer
 from nanorom.fem.models.build import check_springs
 from nanorom.fem.models.plate import Plate
-from nanorom.fem.modes import accuracy, buckling, coupled, eigen
+from nanorom.fem.modes import accuracy, buckling, coupled, eigen, tilted
 from nanorom.fem.modes import names as labels
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.modes.normal import normalise_film
@@ -120,6 +120,7 @@ def solve(
         force = force_of(scene, scales, units, modes, watch, journal)
     with watch.stage("errors"):
         quadratic = units.deflection / scales.tension * force.quadratic
+        errors = tilted.relieved(modes, errors, force.cubic / scales.cubic)
         told = force.diagnostics | error_estimates(
             static, modes, errors, force, quadratic, stiffening, missed
         )

@@ -6,7 +6,7 @@ import pytest
 from nanorom.bench import accuracy, scenes
 from nanorom.exact import cases
 from nanorom.fem.mesh.gmsh import MESHES
-from nanorom.fem.modes.accuracy import _orthonormal, _Polynomials, extrapolated
+from nanorom.fem.modes.decay import Polynomials, extrapolated, orthonormal
 from nanorom.fem.plan import Plan
 from nanorom.scene.film import Plate, Tension
 from nanorom.scene.geometry import MeshFile
@@ -141,9 +141,9 @@ def test_energies_are_taken_apart_where_tension_is_along_one_direction_of_a_turn
     angles = np.linspace(0.0, np.pi, 200)
     along = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     slopes = np.einsum("ca,cb->cab", along, along) * np.logspace(-6, 6, len(angles))[:, None, None]
-    factor = _orthonormal(degree, slopes)
+    factor = orthonormal(degree, slopes)
     energy = np.einsum("cin,cim->cnm", factor, factor)
-    known = _Polynomials.of(degree)
+    known = Polynomials.of(degree)
     nodal = known.coefficients.T @ np.einsum("cab,abnm->cnm", slopes, known.slopes)
     exact = nodal @ known.coefficients
     scale = np.abs(exact).max(axis=(1, 2), keepdims=True)

@@ -115,6 +115,7 @@ def test_a_clamped_beam_stiffens_as_published_for_order_three_and_as_all_its_mod
         support=Support({"left": "clamped", "right": "clamped"}),
         modes=Modes(count=6),
     )
+    pytest.importorskip("dolfinx")
     with pytest.warns(AccuracyWarning, match="in-plane"):
         model = nanorom.reduce(scene)
     centre = np.abs(model.shapes.points[:, 0]).argmin()

@@ -1,9 +1,9 @@
-// A load curve: deflection above, frequencies below.
+// A load curve: deflection, frequencies, and where they are known tension and cubic coefficients.
 import { Chart, marker, polyline } from "chart";
 import { h, save } from "dom";
 import { columnsCsv } from "tables";
 import * as theme from "theme";
-import { largestOf, scaled, withUnit } from "units";
+import { commonUnit, largestOf, number, scaled, withUnit } from "units";
 
 const UNITS = { voltage: "V", pressure: "Pa", force: "N" };
 
@@ -17,20 +17,25 @@ export class LoadView {
     this.atCentre = centre.every(Number.isFinite);
     this.height = this.atCentre ? centre : get("largest");
     const [states, modes] = store.shape("tuning/frequency");
-    const flat = get("frequency");
-    this.frequency = Array.from({ length: modes }, (_, r) => Array.from({ length: states }, (_, i) => flat[i * modes + r]));
+    const known = (name) => (store.has(`tuning/${name}`) ? get(name) : null);
+    const columns = (flat) => flat && Array.from({ length: modes }, (_, r) => Array.from({ length: states }, (_, i) => flat[i * modes + r]));
+    this.frequency = columns(get("frequency"));
+    this.tension = known("tension");
+    this.cubic = columns(known("cubic"));
     this.label = get("names");
     this.limits = get("limits");
     this.note = h("p", { className: "reading", ariaLive: "polite" }, "Point at a state to read it.");
     place.append(h("div", { className: "controls" }, h("button", { type: "button", onclick: () => save(this.csv(store), "tuning.csv") }, "table as CSV")));
     this.above = this.chart(place, `deflection, ${this.atCentre ? "centre" : "largest"}`, [this.height], "m");
     this.below = this.chart(place, "frequency", this.frequency, "Hz");
+    if (this.tension) this.chart(place, "mean tension", [this.tension], "N/m");
+    if (this.cubic) this.chart(place, "cubic coefficient", this.cubic, "N/m^3");
     place.append(this.note, this.key());
   }
 
   chart(place, name, columns, unit) {
     const known = columns.flatMap((column) => [...column].filter(Number.isFinite));
-    const [[x, xUnit], [y, yUnit]] = [scaled(largestOf(this.load), this.unit), scaled(largestOf(known), unit)];
+    const [[x, xUnit], [y, yUnit]] = [scaled(largestOf(this.load), this.unit), commonUnit(largestOf(known), unit)];
     const stable = [...this.load.keys()].map((i) => this.frequency.every((column) => Number.isFinite(column[i])));
     const ends = (values, factor) => {
       const [low, high] = [Math.min(...values) * factor, Math.max(...values) * factor];
@@ -58,8 +63,11 @@ export class LoadView {
   }
 
   read(i) {
-    const frequencies = this.frequency.map((column, r) => `${this.label[r]} ${Number.isFinite(column[i]) ? withUnit(column[i], "Hz", 8) : "–"}`);
-    this.note.textContent = `${this.quantity} ${withUnit(this.load[i], this.unit)}: deflection ${withUnit(this.height[i], "m")}; ${frequencies.join(", ")}`;
+    const each = (columns, told) => columns.map((column, r) => `${this.label[r]} ${Number.isFinite(column[i]) ? told(column[i]) : "–"}`).join(", ");
+    const parts = [`deflection ${withUnit(this.height[i], "m")}`, each(this.frequency, (f) => withUnit(f, "Hz", 8))];
+    if (this.tension) parts.push(`tension ${withUnit(this.tension[i], "N/m")}`);
+    if (this.cubic) parts.push(`cubic ${each(this.cubic, (b) => `${number(b, 4)} N/m^3`)}`);
+    this.note.textContent = `${this.quantity} ${withUnit(this.load[i], this.unit)}: ${parts.join("; ")}`;
   }
 
   key() {
@@ -80,6 +88,8 @@ export class LoadView {
   csv(store) {
     const columns = { [`${this.quantity} (${this.unit})`]: this.load, "centre (m)": store.get("tuning/centre"), "largest (m)": store.get("tuning/largest") };
     this.frequency.forEach((column, r) => { columns[`${this.label[r]} (Hz)`] = column; });
+    if (this.tension) columns["tension (N/m)"] = this.tension;
+    this.cubic?.forEach((column, r) => { columns[`cubic ${this.label[r]} (N/m^3)`] = column; });
     return columnsCsv(columns);
   }
 }

@@ -9,6 +9,13 @@ export function scaled(largest, unit) {
   return [10 ** -power, PREFIXES[power] + unit];
 }
 
+// As scaled; units that take no prefix, as N/m^3 does not, get a power of ten.
+export function commonUnit(largest, unit) {
+  if (!unit.includes("^")) return scaled(largest, unit);
+  const power = largest ? 3 * Math.floor(Math.log10(Math.abs(largest)) / 3 + 1e-9) : 0;
+  return [10 ** -power, power ? `1e${power} ${unit}` : unit];
+}
+
 export function withUnit(value, unit, digits = 6) {
   const [factor, name] = scaled(value, unit);
   return `${number(value * factor, digits)} ${name}`;
