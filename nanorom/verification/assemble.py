@@ -15,10 +15,11 @@ from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.registry import ROUTES, route_of
 from nanorom.fem.routes.route import Route
 from nanorom.fem.routes.shell import ShellRoute
+from nanorom.fem.routes.solid import SolidRoute
 from nanorom.scene.drive import Drive
 from nanorom.scene.request import MOST_MODES
 from nanorom.scene.scene import Scene
-from nanorom.verification import beam, plate, shell
+from nanorom.verification import beam, plate, shell, solid
 from nanorom.verification.assembled import Film
 from nanorom.verification.driven import check as check_drive
 
@@ -35,6 +36,7 @@ FILMS: dict[type[Route], tuple[Check, Assemble]] = {
     PlateRoute: (plate.check, plate.assemble),
     BeamRoute: (BeamRoute().check, beam.assemble),
     ShellRoute: (ShellRoute().check, shell.assemble),
+    SolidRoute: (SolidRoute().check, solid.assemble),
 }
 
 

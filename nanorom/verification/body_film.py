@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import attrs
 import numpy as np
 
-from nanorom.errors import SceneError
 from nanorom.fem.output import drawing
 from nanorom.rom.manifold.projection import near
 from nanorom.rom.patterns import ModalWork
@@ -16,7 +15,6 @@ from nanorom.scene.drive import Drive
 from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
-from nanorom.verification.assemble import check as check_scene
 from nanorom.verification.assembled import Forces, Operators, on_free
 from nanorom.verification.body import Body, places_of
 from nanorom.verification.plate import PlateFilm
@@ -135,20 +133,6 @@ class FieldsWork(ModalWork):
             * found
             * self.film.units.deflection**2
             / np.outer(self.scale, self.scale)
-        )
-
-
-def check(scene: Scene) -> None:
-    """Raise SceneError for what no manifold of a film knows."""
-    check_scene(scene, scene.drive)
-    if scene.drive is not None and scene.drive.harmonics is not None:
-        raise SceneError("drive.harmonics: found some; manifolds are driven by cos(omega t) alone")
-    if scene.gas is not None and scene.gas.gap is not None:
-        raise SceneError("gas.gap: found; manifolds know of no squeezed gas")
-    if scene.damping is not None and scene.damping.material_time:
-        raise SceneError(
-            "damping: found a viscoelastic material; manifolds of all degrees of freedom know "
-            "modal damping alone"
         )
 
 

@@ -10,6 +10,7 @@ same.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import attrs
 import numpy as np
@@ -41,7 +42,7 @@ class ClassDynamics:
     what the film squeezes, None without a gap.
     """
 
-    stiffness: sp.csr_matrix
+    stiffness: Any
     mass: sp.csr_matrix
     static: Factors
     extra: int

@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from nanorom.errors import SceneError
 from nanorom.fem.routes.plate import PlateRoute
 from nanorom.fem.routes.registry import ROUTES, route_of
 from nanorom.fem.routes.route import Route
+from nanorom.fem.routes.shell import ShellRoute
+from nanorom.fem.routes.solid import SolidRoute
 from nanorom.rom.manifold.direct import check_products, fields
 from nanorom.rom.manifold.projection import project
 from nanorom.rom.manifold.reduced import Reduced, check, check_size, reaching
 from nanorom.rom.manifold.reduced import manifold as of_model
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.scene import Scene
-from nanorom.verification import body_film
+from nanorom.verification import shell, solid
+from nanorom.verification.assemble import check as check_film
 from nanorom.verification.body import Body, model_of
+from nanorom.verification.body_film import FilmBody
+from nanorom.verification.body_whole import WholeBody
 
 FURTHER = 2  # orders of fields above the manifold's, for the estimate of what it leaves out
 Made = Callable[[Scene, Sequence[int | str], int, float | None], Body]
-BODIES: dict[type[Route], tuple[Callable[[Scene], None], Made]] = {
-    PlateRoute: (body_film.check, body_film.FilmBody.of),
+BODIES: dict[type[Route], Made] = {
+    PlateRoute: FilmBody.of,
+    ShellRoute: partial(WholeBody.of, shell.assemble),
+    SolidRoute: partial(WholeBody.of, solid.assemble),
 }
 
 
@@ -71,11 +79,25 @@ def body_of(scene: Scene, masters: Sequence[int | str], order: int, mesh: float 
             f"plate.model: found {scene.plate.model}; allowed for manifolds of all degrees of "
             f"freedom: {allowed}"
         )
-    made[0](scene)
+    check_scene(scene)
     check_products(len(masters), _fields_order(len(masters), order))
     numbers = [master for master in masters if isinstance(master, int)]
     more = max(0, max(numbers, default=0) - scene.modes.highest)
-    return made[1](scene, masters, more, mesh)
+    return made(scene, masters, more, mesh)
+
+
+def check_scene(scene: Scene) -> None:
+    """Raise SceneError for what no manifold of all degrees of freedom knows."""
+    check_film(scene, scene.drive)
+    if scene.drive is not None and scene.drive.harmonics is not None:
+        raise SceneError("drive.harmonics: found some; manifolds are driven by cos(omega t) alone")
+    if scene.gas is not None and scene.gas.gap is not None:
+        raise SceneError("gas.gap: found; manifolds know of no squeezed gas")
+    if scene.damping is not None and scene.damping.material_time:
+        raise SceneError(
+            "damping: found a viscoelastic material; manifolds of all degrees of freedom know "
+            "modal damping alone"
+        )
 
 
 def following(body: Body, masters: int, order: int) -> ReducedModel:

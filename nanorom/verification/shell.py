@@ -15,21 +15,23 @@ from nanorom.fem.fields import quadrature
 from nanorom.fem.fields.places import locate
 from nanorom.fem.models.shell import Shell
 from nanorom.fem.models.shell_system import ShellSystem, lifted, stiffened
+from nanorom.fem.modes.deflections import Deflections
 from nanorom.fem.modes.normal import normalise
 from nanorom.fem.modes.shell import ShellModes
-from nanorom.fem.output import patterns
+from nanorom.fem.output import drawing, patterns
 from nanorom.fem.plan import Plan
 from nanorom.fem.routes.shell import solve
 from nanorom.fem.scales import Scales
 from nanorom.fem.solvers import compat
 from nanorom.fem.solvers.groups import alone
 from nanorom.fem.stopwatch import Stopwatch
+from nanorom.rom.shapes import Shapes
 from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
 from nanorom.verification.assembled import FilmWork, Forces, Operators, Units
 from nanorom.verification.factors import Factors
-from nanorom.verification.whole import ONLY, Rest, WholeFilm, WholeForce, condensed
+from nanorom.verification.whole import ONLY, Rest, WholeFilm, WholeForce, condensed, outer
 
 MESH_TOLERANCE = 1e-5  # of a mesh: an orbit is compared to 1e-4 at best
 
@@ -42,6 +44,7 @@ class ShellFilm(WholeFilm):
     """
 
     shell: Shell
+    modes: Deflections
     free: np.ndarray
     scales: Scales
     normal: sp.csr_matrix
@@ -50,6 +53,12 @@ class ShellFilm(WholeFilm):
     def work(self) -> ShellWork:
         """Of simple forces on all unknowns."""
         return ShellWork(self)
+
+    def drawn(self, vectors: Array) -> Shapes:
+        shapes = self.normal @ vectors
+        modes = attrs.evolve(self.modes, shapes=shapes, parities=[ONLY] * shapes.shape[1])
+        points, cells, values = drawing.triangulation(modes)
+        return Shapes(points * self.scales.length, cells, values)
 
 
 @attrs.frozen(eq=False)
@@ -142,8 +151,8 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> ShellFi
         modal={
             "mass": scales.mass * mass,
             "stiffness": tension * np.diag(mass * modes.eigenvalues),
-            "quadratic": tension / length * quadratic * _outer(unit, 3),
-            "cubic": tension / length**2 * cubic * _outer(unit, 4),
+            "quadratic": tension / length * quadratic * outer(unit, 3),
+            "cubic": tension / length**2 * cubic * outer(unit, 4),
         },
         losses={},
         inside=np.array(scene.modes.numbers) - 1,
@@ -151,6 +160,7 @@ def assemble(scene: Scene, more: int, tolerance: float | None = None) -> ShellFi
         copies=1,
         named=named,
         shell=shell,
+        modes=modes.modes,
         free=system.free,
         scales=scales,
         normal=normal,
@@ -162,13 +172,6 @@ def _first(modes: ShellModes, names: list[str], count: int) -> tuple[ShellModes,
     some = np.arange(count)
     taken = attrs.evolve(modes, states=modes.states[:, some], modes=modes.modes.take(some))
     return taken, names[:count]
-
-
-def _outer(factors: Array, rank: int) -> Array:
-    found = factors
-    for _ in range(rank - 1):
-        found = np.multiply.outer(found, factors)
-    return found
 
 
 def _normal(shell: Shell, system: ShellSystem) -> sp.csr_matrix:

@@ -27,6 +27,9 @@ from nanorom.verification.plate import PlateFilm
 from nanorom.verification.symmetry import Classes, images
 from nanorom.verification.tables import stretching
 
+CHUNK_ENTRIES = 4_000_000  # numbers that one array of a chunk of cells may have
+SHEARED = np.array([1.0, 1.0, 2.0]).reshape(3, 1, 1, 1, 1)  # work of stresses on strains
+
 
 @attrs.frozen(eq=False, slots=False)
 class FilmSystem:
@@ -104,6 +107,22 @@ class FilmSystem:
             traction += pulled(self._stress(symmetric_product(b, c)), a)
             traction += pulled(self._stress(symmetric_product(c, a)), b)
             found[:, bent] = self._work(traction / 6, None)
+        return found
+
+    def pair_products(self, vectors: Array, pairs: np.ndarray) -> Array:
+        """int S_jk:C:S_lm (p, p) of pairs (p, 2) of vectors (n, r)."""
+        slopes, tables = self._slopes(vectors), self.discrete.tables
+        found = np.zeros((len(pairs),) * 2)
+        cells, points = tables.weights.shape
+        step = max(1, CHUNK_ENTRIES // (3 * self.classes.count * points * len(pairs)))
+        for first in range(0, cells, step):
+            own = slice(first, first + step)
+            a, b = (slopes[:, :, own][..., each] for each in pairs.T)
+            strain = np.moveaxis(symmetric_product(a, b), 1, 0)
+            laws = attrs.evolve(self.discrete.laws, which=self.discrete.laws.which[own])
+            stress = laws.stress(strain) * SHEARED
+            stress *= tables.weights[own][..., None] / self.classes.count
+            found += stress.reshape(-1, len(pairs)).T @ strain.reshape(-1, len(pairs))
         return found
 
     # -- parts --------------------------------------------------------------------------------

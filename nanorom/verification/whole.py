@@ -8,17 +8,20 @@ and the rest answers at once.  So a modal orbit is an orbit of the film only wit
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import attrs
 import numpy as np
 import scipy.sparse as sp
+import scipy.sparse.linalg as spl
 
 from nanorom.fem.symmetry import Parity
 from nanorom.fem.tensors.direct import symmetrised, unpacked
 from nanorom.rom import tensors
 from nanorom.rom.manifold.full import FullSystem
+from nanorom.rom.shapes import Shapes
 from nanorom.types import Array
 from nanorom.verification.assembled import Film
 from nanorom.verification.factors import Factors
@@ -34,14 +37,14 @@ PAIRS_AT_ONCE = 256  # columns of a force
 class Moving(FullSystem, Protocol):
     """A full system whose forces are also known summed, which takes a third of the time."""
 
+    def linear(self, u: Array) -> Array:
+        """K u (n, p): of slender solids the entries of K have too few digits for a resonance."""
+
     def force(self, u: Array) -> Array:
         """Q(u, u) + T(u, u, u) (n, p)."""
 
     def along(self, u: Array, v: Array) -> Array:
         """2 Q(u, v) + 3 T(u, u, v) (n, p)."""
-
-    def pair_products(self, shapes: Array, pairs: np.ndarray) -> Array:
-        """2 phi_r . T(phi_j, phi_k, phi_l) (p, p) but for symmetry, of pairs (p, 2) of shapes."""
 
 
 @attrs.frozen(eq=False)
@@ -136,6 +139,10 @@ class WholeFilm(Film):
     discrete: WholeForce
     named: Array
 
+    @abstractmethod
+    def drawn(self, vectors: Array) -> Shapes:
+        """Deflections in m of vectors (n, r) that are reached at a coordinate of 1 m."""
+
     def shapes(self, parity: Parity) -> Array:
         """Named modes (n, N)."""
         return self.named
@@ -148,7 +155,7 @@ class WholeFilm(Film):
         """Linear dynamics, its modes known up to a frequency (film-scaled)."""
         system = self.discrete.system
         alone = ClassDynamics(
-            stiffness=system.stiffness,
+            stiffness=_elastic(system),
             mass=system.mass,
             static=self.discrete.rest.static,
             extra=0,
@@ -158,6 +165,25 @@ class WholeFilm(Film):
             loss=0.0,
         )
         return completed(alone, float(self.quality[-1]), highest, system.stiffness)
+
+
+def _elastic(system: Moving) -> spl.LinearOperator:
+    """K (n, n) to more digits than its entries have."""
+    shape = (system.size,) * 2
+
+    def apply(columns: Array) -> Array:
+        found = system.linear(columns.reshape(system.size, -1))
+        return np.asarray(found.reshape(columns.shape))
+
+    return spl.LinearOperator(shape, matvec=apply, matmat=apply, dtype=float)
+
+
+def outer(factors: Array, rank: int) -> Array:
+    """Products of the factors, for all indices of a tensor of a rank."""
+    found = factors
+    for _ in range(rank - 1):
+        found = np.multiply.outer(found, factors)
+    return found
 
 
 def condensed(system: Moving, rest: Rest) -> tuple[Array, Array]:

@@ -123,10 +123,6 @@ def test_viscous_material_damps_the_beam_as_it_damps_the_model():
     assert table.full[row, 0] < 0.95 * elastic.full[at, 0]
 
 
-def test_beam_with_a_load_and_a_solid_are_refused():
+def test_beam_with_a_load_is_refused():
     with pytest.raises(SceneError, match=r"load: found beside plate.model = beam"):
         assemble(beam("clamped", load=nanorom.Load(pressure=1.0), **DRIVE))
-    scene = beam("clamped", **DRIVE)
-    solid = scene.with_(plate=attrs.evolve(scene.plate, model="solid"))
-    with pytest.raises(SceneError, match=r"plate.model: found solid; allowed for full-order"):
-        assemble(solid)

@@ -148,8 +148,16 @@ def test_what_is_no_manifold_is_refused_in_one_line():
     tones = nanorom.Drive(1.0, harmonics=[nanorom.Harmonic(2, direct=1.0)])
     with pytest.raises(SceneError, match="drive.harmonics: found some; manifolds are driven"):
         nanorom.manifold(drum(1, drive=tones, sweep=nanorom.Sweep("0.9 f1", "1.1 f1")))
-    with pytest.raises(SceneError, match="plate.model: found .*; allowed for manifolds"):
-        nanorom.manifold(drum(1, model="shell"))
+    strip = nanorom.Scene(
+        geometry=nanorom.String(1e-4, 1e-5),
+        plate=nanorom.Plate(1e-7, "beam"),
+        material=nanorom.Material(250e9, 0.23, 3000),
+        tension=nanorom.Tension(1.0),
+        modes=nanorom.Modes(1),
+        damping=nanorom.Damping(100.0),
+    )
+    with pytest.raises(SceneError, match="plate.model: found beam; allowed for manifolds of all"):
+        nanorom.manifold(strip)
     with pytest.raises(ModelError, match="products of fields of 3 masters"):
         nanorom.manifold(drum(3), [1, 2, 3], 9)
 

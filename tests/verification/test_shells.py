@@ -12,6 +12,9 @@ from nanorom.verification.newton import SOLVED
 from tests.fem.tensors.test_outside import arc
 
 THIN = 2e-3  # what shear does to a plate of h/a = .014
+PUBLISHED = 0.99145, 0.99396  # folds by f1; SSMTool, order 7, a mesh of 800 flat triangles
+MESH = 7e-4  # of a frequency: its elements, and other dampings of what follows
+SETTLED = 3e-4  # of a frequency: orders five and seven
 SAME = 3e-5  # of an amplitude: the damping of what lies beyond depends on the highest mode named
 FORCE = 10.0  # N, at a quarter of the length
 
@@ -75,3 +78,14 @@ def test_orbit_of_an_arc_does_not_depend_on_the_modes_that_lead_to_it(tmp_path):
     assert more.amplitude[:3] == pytest.approx(few.amplitude, rel=SAME, abs=1e-9)
     # an orbit that follows the modes beyond linear motion: softer, so larger below resonance
     assert few.amplitude[0] > 1.01 * np.abs(linear(film, FORCE, 0.99).coefficients[1:3, 0]).max()
+
+
+def test_a_shallow_arc_softens_on_the_manifold_of_one_mode_as_published(tmp_path):
+    scene, folds = driven_arc(tmp_path, 2), []
+    for order in (5, 7):
+        reduced = nanorom.manifold(scene, [1], order)
+        first = 2 * np.pi * reduced.model.frequency[0]
+        found = reduced.response((0.96 * first, 1.02 * first), direct=FORCE)
+        folds.append(sorted(point.omega / first for point in found.points("LP")))
+    assert folds[1] == pytest.approx(PUBLISHED, abs=MESH)
+    assert folds[0] == pytest.approx(folds[1], abs=SETTLED)

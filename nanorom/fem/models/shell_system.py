@@ -168,6 +168,10 @@ class ShellSystem:
 
         return self._work(force, u, v, w)
 
+    def linear(self, u: np.ndarray) -> np.ndarray:
+        """K u (n, p)."""
+        return np.asarray(self.stiffness @ u)
+
     def force(self, u: np.ndarray) -> np.ndarray:
         """Q(u, u) + T(u, u, u) (n, p)."""
 

@@ -84,6 +84,12 @@ class Solid:
         u, w = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
         return self._assembled(ufl.inner(u, w) * self._dx(2 * self.degree))
 
+    def stretched(self, along: Sequence[int]) -> PETSc.Mat:
+        """int sum_d du/dx_d . dw/dx_d over some directions, as `stiffness`. Collective."""
+        u, w = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
+        form = sum(ufl.inner(u.dx(axis), w.dx(axis)) for axis in along)
+        return self._assembled(form * self._dx(2 * self.degree - 2))
+
     def weights(self, axis: int) -> np.ndarray:
         """int w along an axis, of the owned free degrees of freedom (n,). Collective."""
         test = ufl.TestFunction(self.space)[axis]
@@ -170,6 +176,27 @@ class Solid:
             return pull + h * borne + _times(h, pull)
 
         return self._work(stress, u)
+
+    def beyond(self, u: np.ndarray) -> np.ndarray:
+        """Q(u, u) + T(u, u, u) at once. Collective."""
+
+        def stress(gradients: list[np.ndarray]) -> np.ndarray:
+            h = gradients[0]
+            bent = self.pulled(0.5 * _product(h, h))
+            return bent + _times(h, self.pulled(_sym(h)) + bent)
+
+        return self._work(stress, u)
+
+    def along(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """2 Q(u, v) + 3 T(u, u, v), the derivative of `beyond` along v. Collective."""
+
+        def stress(gradients: list[np.ndarray]) -> np.ndarray:
+            h, g = gradients
+            turned = self.pulled(_product(h, g))
+            borne = self.pulled(_sym(h) + 0.5 * _product(h, h))
+            return turned + _times(h, self.pulled(_sym(g)) + turned) + _times(g, borne)
+
+        return self._work(stress, u, v)
 
     def pair_products(self, u: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """int S_jk:C:S_lm (p, p) of pairs (p, 2) of columns. Collective."""

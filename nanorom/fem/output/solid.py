@@ -10,12 +10,12 @@ from __future__ import annotations
 from typing import Any
 
 import attrs
-import basix
 import numpy as np
 
 from nanorom.fem.fields.faces import Faces
 from nanorom.fem.fields.places import lattice
 from nanorom.fem.mesh.tetrahedra import LOWER, UPPER
+from nanorom.fem.models.solid import Solid
 from nanorom.fem.modes.solid import SolidModes
 from nanorom.fem.output import drawing
 from nanorom.fem.solvers import compat
@@ -31,18 +31,23 @@ UP = 2
 
 def drawn(modes: SolidModes, length: float) -> Shapes:
     """Displacement along z on the surface that is drawn, in m. Collective."""
-    solid, comm = modes.solid, modes.solid.domain.comm
-    facets = solid.domain.facets.get(UPPER)
-    if facets is None:
-        facets = compat.exterior_facets(solid.domain.mesh)
-    own = len(Faces.of(solid.space, facets, np.zeros((1, 2))).cells)
-    fineness = drawing.fineness_of(comm.allreduce(own), solid.degree)
-    faces = Faces.of(solid.space, facets, lattice(fineness))
+    comm = modes.solid.domain.comm
+    faces, fineness = drawn_faces(modes.solid)
     values = _displacements(faces, modes)[:, :, UP].reshape(-1, modes.shapes.shape[1])
     points = np.concatenate(comm.allgather(faces.places.reshape(-1, 3)))
     values = np.concatenate(comm.allgather(values))
     points, cells, values = drawing.joined(points, values.T, fineness)
     return Shapes(length * points, cells, values)
+
+
+def drawn_faces(solid: Solid) -> tuple[Faces, int]:
+    """Faces at the points that are drawn, and the parts of their sides. Collective."""
+    facets = solid.domain.facets.get(UPPER)
+    if facets is None:
+        facets = compat.exterior_facets(solid.domain.mesh)
+    own = len(Faces.of(solid.space, facets, np.zeros((1, 2))).cells)
+    fineness = drawing.fineness_of(solid.domain.comm.allreduce(own), solid.degree)
+    return Faces.of(solid.space, facets, lattice(fineness)), fineness
 
 
 def _displacements(faces: Faces, modes: SolidModes) -> np.ndarray:
@@ -108,9 +113,7 @@ class SolidWork(ModalWork):
         solid = self.modes.solid
         if name not in solid.domain.facets:
             raise Absent(f'drive: the solid has no face named "{name}"')
-        points, weights = basix.make_quadrature(basix.CellType.triangle, degree)
-        faces = Faces.of(solid.space, solid.domain.facets[name], np.asarray(points))
-        return faces, np.asarray(weights)
+        return Faces.integrated(solid.space, solid.domain.facets[name], degree)
 
     def _summed(self, work: Any) -> Array:
         return np.asarray(self.modes.solid.domain.comm.allreduce(work))

@@ -36,6 +36,7 @@ from nanorom.fem.tensors.solid import SolidTensors, condensed
 from nanorom.files.partial import Journal
 from nanorom.rom.patterns import reduced
 from nanorom.scene import plausibility
+from nanorom.scene.material import Material
 from nanorom.scene.scene import Scene
 from nanorom.scene.units import with_unit
 
@@ -133,7 +134,7 @@ class SolidRoute(Route):
             size = scene.plate.thickness
             work = SolidWork(modes, shapes, length, material.density, size, along)
             patterns = reduced(work, scene.drive)
-            motion = motion_of(modes, tensors, frequency, modulus, length, material.density)
+            motion = motion_of(modes, tensors.stiffness, frequency, scene.material, length)
         error = np.full(len(frequency), solution.errors[0])
         own = clock * np.sqrt(tensors.own) / (2 * np.pi)
         unit = modulus / length
@@ -174,22 +175,24 @@ def _size(solid: Solid) -> dict[str, Any]:
 
 def motion_of(
     modes: SolidModes,
-    tensors: SolidTensors,
+    stiffness: np.ndarray,
     frequency: np.ndarray,
-    modulus: float,
+    material: Material,
     length: float,
-    density: float,
 ) -> losses.Motion:
-    """What losses of the modes follow from, in SI. Collective."""
+    """What losses of the modes follow from, in SI; stiffness (L, L) in the solid's units.
+    Collective.
+    """
+    modulus, density = material.youngs_modulus, material.density
     mass = density * length**3 * modes.masses()
-    borne = np.zeros_like(tensors.stiffness)
+    borne = np.zeros_like(stiffness)
     for axis, stress in enumerate(modes.solid.stress):
         if stress:
             borne += stress * modes.solid.slopes(modes.shapes, [axis])
-    strained = modulus * length * (tensors.stiffness - borne)
+    strained = modulus * length * (stiffness - borne)
     return losses.Motion(
         frequency=frequency,
-        stiffness=modulus * length * np.diag(tensors.stiffness),
+        stiffness=modulus * length * np.diag(stiffness),
         strained=strained,
         dilated=np.diag(strained),
         mass=mass,

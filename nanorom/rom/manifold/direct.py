@@ -28,6 +28,8 @@ from nanorom.rom.manifold.invariance import carried, kept
 from nanorom.rom.manifold.monomials import Index, Monomials
 from nanorom.types import Array
 
+# of factors: symmetric matrices but for their signs; a twentieth of the time, and as many digits
+SYMMETRIC = {"diag_pivot_thresh": 1e-3, "options": {"SymmetricMode": True}}
 CHUNK = 32  # columns of a force at once: some 10 MB at the quadrature points of a film
 MOST_PRODUCTS = 1e5  # of two or three fields: some minutes
 SAME = 1e-9  # of a frequency: shifts that are one
@@ -132,7 +134,7 @@ class _Bordered:
             [[system.stiffness - sigma**2 * system.mass, edge], [edge.T, None]], format="csc"
         )
         try:
-            factors = splu(matrix)
+            factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
         except RuntimeError:
             raise _resonant(sigma) from None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
 from scipy.sparse import csr_matrix
 
 from nanorom.types import Array
@@ -33,3 +34,8 @@ class FullSystem(Protocol):
 
     def cubic(self, u: Array, v: Array, w: Array) -> Array:
         """T(u, v, w) (n, p), symmetric in all three."""
+
+    def pair_products(self, vectors: Array, pairs: np.ndarray) -> Array:
+        """2 v_a . T(v_b, v_c, v_d) (p, p) of pairs (p, 2) of vectors (n, r), but for symmetry: the
+        mean over the three ways to pair a, b, c and d is 2 v_a . T(v_b, v_c, v_d).
+        """

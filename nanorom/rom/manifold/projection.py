@@ -8,9 +8,6 @@ of a few tens of coordinates stands for the film.  Fields are damped as modes ar
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import combinations_with_replacement
-
 import attrs
 import numpy as np
 from scipy.linalg import eigh
@@ -71,8 +68,8 @@ def project(
     return Projection(
         vectors,
         np.concatenate([squares, values]),
-        _tensor(system.quadratic, vectors, 2),
-        _tensor(system.cubic, vectors, 3),
+        _quadratic(system, vectors),
+        _cubic(system, vectors),
     )
 
 
@@ -137,17 +134,30 @@ def _following(
     return (fields @ (turned / np.sqrt(masses)))[:, ::-1], 1 / masses[::-1]
 
 
-def _tensor(force: Callable[..., Array], vectors: Array, degree: int) -> Array:
-    """vectors . force(vectors, ...), (r,) * (degree + 1)."""
+def _quadratic(system: FullSystem, vectors: Array) -> Array:
+    """v_a . Q(v_b, v_c) (r, r, r)."""
+    first, second = np.triu_indices(vectors.shape[1])
+    found = np.empty((vectors.shape[1], len(first)))
+    for begin in range(0, len(first), CHUNK):
+        part = slice(begin, begin + CHUNK)
+        found[:, part] = vectors.T @ system.quadratic(
+            vectors[:, first[part]], vectors[:, second[part]]
+        )
+    return np.ascontiguousarray(found[:, _places(vectors.shape[1])])
+
+
+def _cubic(system: FullSystem, vectors: Array) -> Array:
+    """v_a . T(v_b, v_c, v_d) (r, r, r, r)."""
     size = vectors.shape[1]
-    chosen = np.array(list(combinations_with_replacement(range(size), degree)))
-    found = np.empty((len(chosen), size))
-    for begin in range(0, len(chosen), CHUNK):
-        part = chosen[begin : begin + CHUNK]
-        columns = [vectors[:, part[:, k]] for k in range(degree)]
-        found[begin : begin + CHUNK] = (vectors.T @ force(*columns)).T
-    places = np.zeros((size,) * degree, dtype=int)
-    places[tuple(chosen.T)] = np.arange(len(chosen))
-    every = np.sort(np.indices((size,) * degree).reshape(degree, -1), axis=0)
-    whole = found[places[tuple(every)]]
-    return np.ascontiguousarray(whole.T.reshape((size,) * (degree + 1)))
+    products = system.pair_products(vectors, np.column_stack(np.triu_indices(size)))
+    place = _places(size)
+    whole = products[place[:, :, None, None], place]
+    return np.asarray(whole + whole.transpose(0, 2, 1, 3) + whole.transpose(0, 3, 2, 1)) / 6
+
+
+def _places(size: int) -> Array:
+    """Numbers (r, r) of the pairs j <= k."""
+    found = np.zeros((size, size), dtype=int)
+    first, second = np.triu_indices(size)
+    found[first, second] = found[second, first] = np.arange(len(first))
+    return found

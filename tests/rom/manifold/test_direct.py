@@ -47,6 +47,11 @@ class Turned:
     def cubic(self, u, v, w):
         return np.einsum("abcd,bp,cp,dp->ap", self.b, u, v, w, optimize=True)
 
+    def pair_products(self, vectors, pairs):
+        first, second = (vectors[:, each] for each in pairs.T)
+        pulled = np.einsum("abcd,ap,bp->cdp", self.b, first, second, optimize=True)
+        return 2 * np.einsum("cdp,cq,dq->pq", pulled, first, second, optimize=True)
+
 
 def reduced(found, masters, order, quality=1e9):
     system = ModalSystem(
