@@ -25,6 +25,7 @@ DATA = Path(__file__).parent / "data"
 
 RADIUS, THICKNESS, MODULUS, DENSITY, NU = 2.5e-6, 10e-9, 410e9, 2267.0, 0.16
 BUCKLING = 14.681970642123893  # -T R^2/D of a clamped disc: the square of J_1's first zero
+EQUAL_DIGITS = 11  # of the logarithm of frequencies that are one
 SMALL_STRAIN = 1e-3  # in-plane resonances are far above those of the deflection
 
 
@@ -48,10 +49,12 @@ class Case:
 
     def errors_of(self, frequency: Array, cubic: Array) -> tuple[float, float]:
         """The same of plain arrays."""
-        exact = self.cubic()
+        # models rank near ones by name
+        ranks = np.argsort(np.argsort(np.round(np.log(frequency), EQUAL_DIGITS), kind="stable"))
+        exact = self.cubic()[np.ix_(ranks, ranks, ranks, ranks)]
         if self.signs_free:
             cubic = with_signs_of(cubic, exact)
-        frequency_error = np.abs(frequency / self.frequency() - 1).max()
+        frequency_error = np.abs(frequency / self.frequency()[ranks] - 1).max()
         return float(frequency_error), float(np.abs(cubic - exact).max() / np.abs(exact).max())
 
 
