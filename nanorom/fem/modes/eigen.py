@@ -189,9 +189,10 @@ class ClassSolver:
         m = self.free.restrict(self._mass)
         compat.free_memory(self.free.comm)  # of the class's stiffness on all degrees of freedom
         resisted, shift = self._rigid_motions(m), 0.0
-        n_rigid = int((resisted < rigid.FREE).sum())
-        if resisted.min(initial=np.inf) < rigid.SOFT:
-            shift = rigid.scale(self.plate)
+        scale, bent = rigid.scale(self.plate), rigid.bent(self.plate)
+        n_rigid = int((resisted < rigid.FREE * scale).sum())
+        if n_rigid or resisted.min(initial=np.inf) < rigid.SOFT * bent:
+            shift = scale if n_rigid else bent
             k.axpy(shift, m, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         self._shift = (shift, m) if n_rigid else None
         asked = min(count + n_rigid, self.free.size)

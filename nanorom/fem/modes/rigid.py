@@ -17,14 +17,17 @@ from nanorom.fem.solvers import algebra
 from nanorom.fem.symmetry import Parity
 
 FREE = 1e-12  # of the stiffness of bending over the whole film: what resists less is rounding
-SOFT = 0.1  # of the same: small cells round their stiffness by 1e-3 and more, measured
+SOFT = 0.1  # of that of bending alone: small cells round their stiffness by 1e-3 and more, measured
 
 
 def scale(plate: Plate) -> float:
     """Squared frequency, to its order of magnitude, of the film's lowest mode. Collective."""
-    wave = wavenumber(plate)
-    bending = plate.stiffness.bending if plate.bending else 0.0
-    return float(bending * wave**4 + np.abs(plate.state.tensor).max() * wave**2)
+    return bent(plate) + float(np.abs(plate.state.tensor).max()) * wavenumber(plate) ** 2
+
+
+def bent(plate: Plate) -> float:
+    """The part of it that bending has: tension may act along one axis, or relax. Collective."""
+    return float(plate.stiffness.bending * wavenumber(plate) ** 4) if plate.bending else 0.0
 
 
 def wavenumber(plate: Plate) -> float:
@@ -35,10 +38,9 @@ def wavenumber(plate: Plate) -> float:
 def resisted(
     plate: Plate, parity: Parity, free: algebra.FreeDofs, mass: PETSc.Mat, force: LinearForce
 ) -> np.ndarray:
-    """Squared frequencies (n,), by `scale`, of a class's rigid motions; mass on free rows.
+    """Squared frequencies (n,) of a class's rigid motions; mass on free rows. Collective.
 
-    Of w = 1, x and y those that rigid supports allow; `FREE` and less where nothing resists them.
-    Collective.
+    Of w = 1, x and y those that rigid supports allow; by `scale` `FREE` and less are nothing.
     """
     comm, places = free.comm, plate.deflections.tabulate_dof_coordinates()[:, :2]
     motions = np.column_stack([np.ones(len(places)), places])
@@ -59,7 +61,7 @@ def resisted(
     work = own.T @ free.taken(force(parity, motions))
     square = own.T @ algebra.multiply(mass, own)
     work, square = comm.allreduce(np.array([work, square]))
-    return _ratios(work, square)[0] / scale(plate)
+    return _ratios(work, square)[0]
 
 
 def _ratios(form: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -26,11 +26,11 @@ def relieved(modes: Modes, errors: ModeErrors, cubic: np.ndarray) -> ModeErrors:
     cubic: (n, n, n, n), not zero, in the film's units.
     """
     plate = modes.plate
-    if not plate.stiffness.springs:
+    if not plate.stiffness.springs or not plate.bending:
         return errors
     slopes, area = _slopes(modes)
     energy = errors.strained * np.diag(modes.modal_stiffness())
-    bends = rigid.SOFT * rigid.scale(plate) / rigid.wavenumber(plate) ** 2 * slopes
+    bends = rigid.SOFT * rigid.bent(plate) / rigid.wavenumber(plate) ** 2 * slopes
     largest = np.abs(cubic).max() / plate.stiffness.stretching
     stretched = np.sqrt(largest * area / slopes / slopes.max())
     share = np.minimum(np.minimum(energy / bends, 1.0) / stretched, 1.0)
