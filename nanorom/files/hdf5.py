@@ -27,6 +27,7 @@ from nanorom.files.whole import atomic_path
 
 _left: ContextVar[list[int]] = ContextVar("left")  # bytes that may still be read of a file
 WORDS_SHOWN = 300  # characters of what a library says of a file
+RESULTS = "what nanorom computed of a scene, as `nanorom run SCENE -o DIR` leaves it in DIR"
 
 
 @contextmanager
@@ -92,7 +93,7 @@ def _open(path: Path) -> h5py.File:
     try:
         return h5py.File(path, "r")
     except OSError:
-        raise FileError("not an HDF5 file, or cut short") from None
+        raise FileError(f"not an HDF5 file, or cut short; allowed: {RESULTS}") from None
 
 
 def _check_format(file: h5py.File, kind: str, newest: int) -> None:
@@ -111,7 +112,8 @@ def kind_of(path: str | Path) -> str:
     """The format that a file says it has, "" if it is no HDF5 file; raises FileError if missing."""
     path = Path(path)
     if not path.is_file():
-        raise FileError(f"{path}: {'is a directory' if path.is_dir() else 'no such file'}")
+        missing = "is a directory; give the name of a file" if path.is_dir() else "no such file"
+        raise FileError(f"{path}: {missing}")
     try:
         with _open(path) as file:
             return text(file.attrs.get("format", ""))

@@ -51,8 +51,6 @@ def draw_band(
 def _place(branch: Branch, estimates: Estimates, row: int) -> int:
     """The row of a branch next to an estimated point."""
     mode = int(estimates.mode[row])
-    away = np.hypot(
-        branch.omega / estimates.omega[row] - 1,
-        branch.amplitude[:, mode] / estimates.amplitude[row] - 1,
-    )
-    return int(away.argmin())
+    size = estimates.amplitude[row]
+    higher = branch.amplitude[:, mode] / size - 1 if size else 0.0  # of a film that stays at rest
+    return int(np.hypot(branch.omega / estimates.omega[row] - 1, higher).argmin())

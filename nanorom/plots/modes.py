@@ -96,7 +96,8 @@ def _columns(panels: int, ratio: float) -> int:
 
 def _title(model: ReducedModel, mode: int) -> str:
     frequency = with_unit(float(model.frequency[mode]), "Hz", trim="k")
-    return f"{model.label[mode]}\n{frequency}"
+    along = model.shapes is not None and model.shapes.in_plane[mode]
+    return f"{model.label[mode]}{', in plane' * bool(along)}\n{frequency}"
 
 
 def outline(shapes: Shapes) -> Any:

@@ -206,7 +206,7 @@ def _draw(
             cut.omega * frequency[0], height, color=levels[cut.level][0], clip_on=False, **style
         )
     axes.set_xlim(start * frequency[0], stop * frequency[0])
-    top = length[0] * _largest(response, measure)
+    top = length[0] * _largest(response, measure) or 1.0  # nothing moves
     axes.set_ylim(-0.04 * top, 1.08 * top + (len(levels) - 1) * shift)
     axes.tick_params(length=2.5)
     for side in ("top", "right"):

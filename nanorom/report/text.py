@@ -13,12 +13,14 @@ from nanorom.results import cut
 from nanorom.rom.model import ReducedModel
 from nanorom.scene.patterns import DIRECT, PARAMETRIC
 from nanorom.scene.patterns.pattern import Pattern
-from nanorom.scene.units import scaled, tabulated
+from nanorom.scene.units import scaled, tabulated, with_unit
 from nanorom.types import Array
 
 if TYPE_CHECKING:
     from nanorom.measurement.identify import Identification
     from nanorom.results.response import Response
+
+UNITS = {"in_plane_frequency": "Hz", "outside_frequency": "Hz"}  # of diagnostics that have one
 
 
 def model_text(model: ReducedModel) -> str:
@@ -62,9 +64,14 @@ def model_facts(model: ReducedModel) -> list[tuple[str, str]]:
     ]
     facts += [(f"Q of {name}", _short(1 / inverse)) for name, inverse in model.losses.items()]
     rest = {name: value for name, value in model.diagnostics.items() if name != "asymmetry"}
-    facts += [(name, _short(rest[name])) for name in sorted(rest)]
+    facts += [(name, _diagnostic(name, rest[name])) for name in sorted(rest)]
     facts += [("made with", ", ".join(f"{k} {v}" for k, v in sorted(model.versions.items())))]
     return facts
+
+
+def _diagnostic(name: str, value: Any) -> str:
+    known = name in UNITS and isinstance(value, float)  # a file may hold anything there
+    return with_unit(value, UNITS[name]) if known else _short(value)
 
 
 def counted(count: int, name: str, several: str = "") -> str:

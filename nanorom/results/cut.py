@@ -53,4 +53,6 @@ def told(response: Response) -> str:
 def _rising(size: Array, least: float) -> Iterator[int]:
     """First and last point of a branch, if it rises to it and is high there."""
     if len(size) > 1:
-        yield from (e for e, beside in ((0, 1), (-1, -2)) if size[e] >= max(least, size[beside]))
+        yield from (
+            e for e, beside in ((0, 1), (-1, -2)) if 0 < size[e] >= max(least, size[beside])
+        )

@@ -63,7 +63,9 @@ class DrawnWork(ModalWork):
 
     def areal(self, pattern: Areal) -> Array:
         """J (L,) in N of a force per area at level 1."""
-        return self._integral(self.shapes.values * pattern.density(self.shapes.points[:, :2]))
+        density = pattern.density(self.shapes.points[:, :2])
+        pattern.check_meets(float(self._integral(density[None])[0]))
+        return self._integral(self.shapes.values * density)
 
     def points(self, places: Array, weights: Array, key: str) -> Array:
         """J (L,) in N of forces (n,) at places (n, 2) in m; raises SceneError off the film."""

@@ -15,6 +15,7 @@ from nanorom.rom.arrays import as_array, as_integers
 from nanorom.scene.units import place_with_unit
 from nanorom.types import Array
 
+FLAT = 0.1  # deflection of modes that move along the plane: Poisson's ratio leaves them some
 OUTSIDE = 1e-9  # of a triangle: a point further out is not in it
 
 
@@ -46,6 +47,11 @@ class Shapes:
         n_points = len(self.points)
         if self.cells.size and not 0 <= self.cells.min() <= self.cells.max() < n_points:
             raise ModelError(f"shapes/cells: point numbers outside 0 ... {n_points - 1}")
+
+    @property
+    def in_plane(self) -> NDArray[np.bool_]:
+        """(L,) which modes hardly deflect the film: those of a solid that move along its plane."""
+        return np.asarray(np.abs(self.values).max(axis=1, initial=0.0) < FLAT)
 
     def at(self, position: Sequence[float]) -> Array:
         """Values (L,) of the mode shapes at a point (x, y) of the film in m, linear on triangles.

@@ -21,6 +21,7 @@ from nanorom.scene.excitation import Damping, Sweep
 from tests.export.equations import LEVELS, SIZE, rate, system
 
 ROUND_OFF = 1e-12
+SINGLE = 1e-6  # of binary32, in which Poscidyn computes
 DIFFERENCES = 1e-6  # of central differences with a step of 1e-5
 
 
@@ -115,6 +116,24 @@ def test_matlab_files_are_read_as_they_describe_themselves(tmp_path, response):
     sizes = [p.amplitude[0] for p in folds]
     np.testing.assert_array_equal(np.atleast_1d(found["size_of"]), sizes)
     assert found["unit"] == "Pa" and found["names"] == len(response.label)
+
+
+def test_poscidyn_computes_the_accelerations_of_the_model(tmp_path):
+    poscidyn = pytest.importorskip("poscidyn")
+    given = system(
+        cubic_damping=np.zeros((SIZE,) * 4),
+        damping=np.diag([0.1, 0.2, 0.3]),
+        parametric=np.zeros((SIZE, SIZE)),
+    )
+    levels = {"direct": LEVELS["direct"], "parametric": 0.0}
+    held = np.load(export(given, "poscidyn", tmp_path / "modal.npz", **levels))
+    names = ("omega_0", "Q", "a", "b")
+    oscillator = poscidyn.NonlinearOscillator(**{name: held[name] for name in names})
+    drive = poscidyn.DirectHarmonicExcitation(f_d=held["f_d"])
+    x, t, omega = np.random.default_rng(6).normal(size=2 * SIZE), 0.4, 1.3
+    found = oscillator.f_i(t, x, None) + drive.f_e(t, x, {"omega": omega})
+    expected = rate(given.scaled(**levels), t, x, omega)[SIZE:]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=SINGLE * np.abs(expected).max())
 
 
 def test_poscidyn_gets_the_equations_that_it_has(tmp_path):

@@ -95,6 +95,13 @@ def test_cut_file_is_an_error_at_any_length(tmp_path, make_model):
             ReducedModel.load(path)
 
 
+def test_scene_in_place_of_a_result_is_told_what_makes_results(tmp_path):
+    path = tmp_path / "drum.toml"
+    path.write_text("[geometry]\n")
+    with pytest.raises(FileError, match="nanorom run SCENE -o DIR"):
+        ReducedModel.load(path)
+
+
 def test_many_names_of_one_array_are_counted(tmp_path):
     def fill(file):
         file["level/0"] = np.zeros(10_000)

@@ -209,6 +209,10 @@ def test_gallery_has_a_panel_per_mode_with_name_and_frequency(make_model):
         assert unit == "MHz"
         assert float(number) == pytest.approx(frequency / 1e6, rel=1e-3)
     assert bar.get_xlabel() == "mode shape φ"
+    flat = np.where(np.arange(5)[:, None] == 3, 0.01, model.shapes.values)
+    along = attrs.evolve(model, shapes=attrs.evolve(model.shapes, values=flat))
+    titles = [panel.get_title().split("\n")[0] for panel in mode_gallery(along).axes[:-1]]
+    assert [title.endswith(", in plane") for title in titles] == [False] * 3 + [True, False]
 
 
 def test_films_keep_their_proportions_unless_they_are_very_narrow(make_model):

@@ -34,6 +34,15 @@ def test_moving_film_is_the_sum_of_the_shapes(opened, model, response):
     assert largest == pytest.approx(most, rel=1e-6)
 
 
+def test_film_that_stands_still_shows_its_largest_deflection(opened, model, response):
+    """Where the reader's system asks for no motion, as it does here."""
+    click_point(opened, 1, 20)
+    shown, largest = opened.evaluate(
+        "[Math.max(...nanorom.film.values.map(Math.abs)), nanorom.film.largest]"
+    )
+    assert shown == pytest.approx(largest, rel=1e-6)
+
+
 def test_rim_moves_with_the_film_where_its_edge_is_free(opened, response):
     click_point(opened, 1, 10)
     rim, film, moved = opened.evaluate("""(() => {

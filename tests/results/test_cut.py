@@ -1,8 +1,11 @@
 """Resonances that the range of a sweep cuts are told, and no others."""
 
+import warnings
+
 import numpy as np
 import pytest
 
+from nanorom.plots import response_figure
 from nanorom.report.text import response_text
 from nanorom.results.cut import cut_peaks, told
 from nanorom.results.respond import respond
@@ -48,6 +51,15 @@ def test_peak_outside_the_range_is_told_at_the_end_that_is_nearer(model):
         assert cut.amplitude[0] == response.diagrams[0].branches[0].amplitude.max()
         assert "still rising" in response_text(response)
         assert "level 1 at" in told(response)
+
+
+def test_film_that_stays_at_rest_has_no_peak_and_a_picture_without_complaints(model, tmp_path):
+    drive = Drive(parametric=["1 uN/m"])  # of the mode, which it does not reach: its P is zero
+    response = respond(model, drive, Sweep("0.8 f1", "1.2 f1"), processes=1)
+    assert cut_peaks(response) == []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        response_figure(response, tmp_path / "rest.png")
 
 
 def test_peak_within_the_range_is_not_told(model):

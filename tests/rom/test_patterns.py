@@ -1,6 +1,7 @@
 """Modal forces of spots and points, from the shapes in the model."""
 
 import warnings
+from pathlib import Path
 
 import attrs
 import numpy as np
@@ -18,6 +19,7 @@ from nanorom.scene.patterns import DIRECT, KEYS, PARAMETRIC
 from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.patterns.spot import Spot
 
+ANNULUS = Path(nanorom.__file__).parent / "meshes/annulus.geo"
 RADIUS = 2.5e-6
 FORCE_TOLERANCE = 1e-6  # the scene's own
 SHAPES_TOLERANCE = 2e-3  # linear triangles of the drawn shapes, relative to the J of f01
@@ -48,6 +50,30 @@ def test_spot_at_the_centre_is_an_integral_of_bessel_functions(model):
         assert abs(difference) < SHAPES_TOLERANCE * largest
     others = [r for r, label in enumerate(model.label) if label not in ("f01", "f02")]
     assert np.abs(found[others]).max() < SHAPES_TOLERANCE * found[0]
+
+
+def test_spots_that_miss_the_film_are_refused(model):
+    """In the hole of an annulus, and beside a film that is known by its shapes alone."""
+    hole = nanorom.Drive(direct=1.0, direct_pattern="spot", position=[0, 0], radius="50 nm")
+    ring = nanorom.Scene(
+        geometry=nanorom.MeshFile(ANNULUS, scale="1 um"),
+        plate=nanorom.Plate(thickness="10 nm", model="membrane"),
+        material=nanorom.Material(410e9, 0.16, 2267),
+        tension=nanorom.Tension.isotropic(0.3),
+        modes=nanorom.Modes(count=1),
+        accuracy=nanorom.Accuracy(degree=2, mesh_size="0.3 um"),
+        damping=nanorom.Damping(100),
+        drive=hole,
+        sweep=Sweep("0.9 f1", "1.1 f1"),
+    )
+    with pytest.raises(
+        SceneError, match="drive.position: found .0, 0. .*no film within about 50 nm"
+    ):
+        nanorom.reduce(ring)
+    rim = attrs.evolve(hole, position=[0.75e-6, 0.0])
+    assert nanorom.reduce(attrs.evolve(ring, drive=rim)).drive["spot"][0] > 0
+    with pytest.raises(SceneError, match="no film within"):
+        Spot((2 * RADIUS, 0.0), 0.1 * RADIUS).force(patterns.DrawnWork(model.shapes))
 
 
 def _intensity(r):

@@ -47,11 +47,14 @@ class PolynomialWork(ModalWork):
 
     def areal(self, pattern: Areal) -> np.ndarray:
         modes, plate = self.modes, self.modes.plate
-        total = np.zeros(modes.shapes.shape[1])
+        total, whole = np.zeros(modes.shapes.shape[1]), 0.0
         for flip, sign in _mirrored(modes):
             cells, reference, measure = areal_rule(pattern, plate, flip, self.length)
             total += sign * (measure @ _values(modes, cells, reference))
-        return self.length**2 * plate.domain.comm.allreduce(total)
+            whole += float(measure.sum())
+        comm, area = plate.domain.comm, self.length**2
+        pattern.check_meets(area * comm.allreduce(whole))
+        return area * comm.allreduce(total)
 
     def weighed(self, pattern: Areal, others: Modes) -> tuple[np.ndarray, np.ndarray]:
         """int p psi_s phi_j (S, L) and int p psi_s phi_j phi_k (S, L, L), psi another film's modes.

@@ -36,6 +36,7 @@ class StripWork(ModalWork):
         y, weights = _rule((-half, half), (across - reach, across + reach), size)
         points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         pressed = pattern.density(points).reshape(len(x), len(y)) @ weights
+        pattern.check_meets(float(measure @ pressed))
         return np.asarray(self._shapes(x) @ (measure * pressed))
 
     def points(self, places: Array, weights: Array, key: str) -> Array:

@@ -72,9 +72,10 @@ class Request:
         unit = DIRECT[pattern].unit if pattern in DIRECT else ""
         absolute = _levels_in(given, unit) if unit else None
         if absolute is None and "drive" not in beside:
+            own = f"levels in {unit}" if unit else "a [drive] in the scene, which tells their unit"
             raise SceneError(
                 f"unknowns: found levels {', '.join(map(repr, given[:3]))} without drive; allowed: "
-                "drive or drives among the unknowns, or levels in the unit of the drive pattern"
+                f"drive or drives among the unknowns, or {own}"
             )
         if "drive" in beside and not pattern and not beside["drive"] and modes > 1:
             raise SceneError(

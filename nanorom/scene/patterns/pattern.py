@@ -16,13 +16,14 @@ import numpy as np
 
 from nanorom.errors import SceneError
 from nanorom.scene import fields as v
-from nanorom.scene.units import wrong
+from nanorom.scene.units import place_with_unit, with_unit, wrong
 from nanorom.types import Array
 
 Force = TypeVar("Force")
 Operator = TypeVar("Operator")
 
 
+MISSED = 1e-6  # of what acts near the centre of a pattern: a tail of it that touches the film
 NO_GATE = (
     "drive.voltage: the film has no gate, or its drive is not known here; allowed for a model that "
     "was reduced with load.voltage (it may be 0) and load.gap, or [[load.gate]]"
@@ -154,6 +155,18 @@ class Areal(DirectPattern):
     @abstractmethod
     def density(self, points: Array) -> Array:
         """Force per area (n,) in N/m^2 per unit of the level at points (n, 2) in m."""
+
+    def check_meets(self, whole: float) -> None:
+        """Raise SceneError if next to nothing of it is on the film.
+
+        whole : int density dA over the film, in N per unit of the level.
+        """
+        there = float(self.density(np.array([self.centre]))[0])
+        if abs(whole) < MISSED * abs(there) * self.size**2:
+            raise SceneError(
+                f"{POSITION_KEY}: found {place_with_unit(self.centre)}, with no film within about "
+                f"{with_unit(self.size, 'm', 6)}; allowed: a place on the film"
+            )
 
     def force(self, work: VirtualWork[Force, Operator]) -> Force:
         return work.areal(self)

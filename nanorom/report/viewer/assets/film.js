@@ -40,9 +40,13 @@ export class FilmView {
   show({ at, samples, period, unit, title }) {
     Object.assign(this, { at, period, unit });
     this.largest = 0;
-    for (const q of samples) {
-      for (const value of this.film.deflection(q, this.values)) this.largest = Math.max(this.largest, Math.abs(value));
-    }
+    let highest = 0;
+    samples.forEach((q, k) => {
+      for (const value of this.film.deflection(q, this.values)) {
+        if (Math.abs(value) > this.largest) [this.largest, highest] = [Math.abs(value), k];
+      }
+    });
+    if (!this.playing) this.theta = (2 * Math.PI * highest) / Math.max(1, samples.length - 1); // a film that stands shows most
     this.title = title;
     this.write();
     this.draw();

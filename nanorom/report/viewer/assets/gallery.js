@@ -2,12 +2,13 @@
 import { h } from "dom";
 import { Stage } from "surface";
 import { onTheme } from "theme";
-import { withUnit } from "units";
+import { largestOf, withUnit } from "units";
 
 const STEPS = 8; // pictures from one extreme to the other
 const MILLISECONDS = 90; // each
 const [WIDTH, HEIGHT] = [216, 150]; // pixels of a picture
 const HIGH = 0.16; // of the film's size
+const FLAT = 0.1; // deflection of modes that move along the plane, as nanorom.rom.shapes has it
 
 export class Gallery {
   // pick(r): what is done when a mode is chosen
@@ -18,7 +19,7 @@ export class Gallery {
     this.tiles = Array.from({ length: film.modes }, (_, r) => {
       const canvas = h("canvas", { width: WIDTH, height: HEIGHT });
       const tile = h("button", { type: "button", className: "tile", title: "show it moving", onclick: () => pick(r) },
-        canvas, h("span", {}, label[r]), h("small", {}, withUnit(frequency[r], "Hz", 6)));
+        canvas, h("span", {}, `${label[r]}${this.inPlane(r) ? ", in plane" : ""}`), h("small", {}, withUnit(frequency[r], "Hz", 6)));
       return { r, canvas, tile, pictures: [] };
     });
     place.append(h("div", { className: "gallery" }, ...this.tiles.map(({ tile }) => tile)));
@@ -34,6 +35,13 @@ export class Gallery {
     this.begin();
     onTheme(() => this.begin());
     new IntersectionObserver(([entry]) => this.run(entry.isIntersecting)).observe(place);
+  }
+
+  // Its shape, a deflection, shows nothing of the mode.
+  inPlane(r) {
+    const q = new Float64Array(this.film.modes);
+    q[r] = 1;
+    return largestOf(this.film.deflection(q)) < FLAT;
   }
 
   begin() {
