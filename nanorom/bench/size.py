@@ -15,8 +15,8 @@ import attrs
 import numpy as np
 from mpi4py import MPI
 
+from nanorom.bench.memory import forget_peak, peak
 from nanorom.bench.targets import Figure
-from nanorom.errors import FileError
 from nanorom.exact import cases
 from nanorom.workflow import reduce
 
@@ -25,7 +25,6 @@ DEGREE = 4  # least time and memory for an error of 1e-8 and below: 6 takes more
 QUARTER = 0.63  # unknowns per squared radius over mesh size, per square of the degree
 SIZES = (1e4, 3e4, 1e5, 3e5, 1e6)
 LIBRARIES = 0.17  # GB of a rank that has loaded Python, PETSc and the rest and solved nothing
-PEAK = Path("/proc/self/clear_refs"), "5"  # what makes Linux forget a process's peak
 
 
 @attrs.frozen
@@ -135,20 +134,6 @@ def _larger(first: np.ndarray, second: np.ndarray, _: object = None) -> np.ndarr
 
 
 _MAX = MPI.Op.Create(_larger, commute=True)
-
-
-def forget_peak() -> None:
-    """Begin a new high-water mark of this process's memory."""
-    file, word = PEAK
-    file.write_text(word)
-
-
-def peak() -> float:
-    """Largest resident memory of this process in GB since `forget_peak`."""
-    for line in Path("/proc/self/status").read_text().splitlines():
-        if line.startswith("VmHWM"):
-            return int(line.split()[1]) * 1024 / 1e9
-    raise FileError("/proc/self/status: no VmHWM; memory is measured on Linux only")
 
 
 def exponents(rows: list[Size]) -> list[Figure]:

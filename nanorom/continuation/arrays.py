@@ -5,7 +5,7 @@ large ones.
 from __future__ import annotations
 
 import textwrap
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import attrs
 import numpy as np
@@ -79,10 +79,17 @@ def nothing(shape: tuple[int, ...]) -> Array:
     return np.broadcast_to(0.0, shape)
 
 
+def _is_frozen(value: object) -> TypeGuard[Array]:
+    """Whether nobody can write to an array: a tensor of many modes is not to be there twice."""
+    if not isinstance(value, np.ndarray) or value.dtype != float:
+        return False
+    return value.flags.owndata and value.flags.c_contiguous and not value.flags.writeable
+
+
 def checked(value: object, shape: tuple[int, ...], name: str) -> Array:
     """An array of finite real numbers of a given shape; raises ContinuationError naming it."""
     try:
-        array = np.array(value, dtype=float)
+        array = value if _is_frozen(value) else np.array(value, dtype=float)
     except (TypeError, ValueError):
         raise ContinuationError(f"{name}: not an array of real numbers") from None
     if array.shape != shape:

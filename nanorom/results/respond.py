@@ -125,24 +125,14 @@ def _followed(
                 raise
             return _interrupted(empty, found)
     diagrams = [found[number] for number in range(total)]
-    response = _whole(empty, diagrams, model, question, processes)
-    if path is not None and (list(response.diagrams) != diagrams or response.estimates):
-        response.save(path, key)
-    return response
-
-
-def _whole(
-    empty: Response,
-    diagrams: list[Diagram],
-    model: ReducedModel,
-    question: Question,
-    processes: int | None,
-) -> Response:
-    """The response with its isolas and estimates."""
-    system, omega, options = question.of(model)
+    saved = [(diagram, len(diagram.unexplored)) for diagram in diagrams]
     if system.states is None:
         diagrams = add_isolas(system, omega, diagrams, processes, **options)
-    return estimated(attrs.evolve(empty, diagrams=tuple(diagrams)), model, question)
+    response = estimated(attrs.evolve(empty, diagrams=tuple(diagrams)), model, question)
+    now = [(diagram, len(diagram.unexplored)) for diagram in diagrams]
+    if path is not None and (now != saved or response.estimates):
+        response.save(path, key)
+    return response
 
 
 def _of_modes(diagram: Diagram, count: int, omega: float) -> Diagram:

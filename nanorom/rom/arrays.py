@@ -39,7 +39,9 @@ def as_arrays(value: Mapping[str, ArrayLike]) -> dict[str, Array]:
 def as_tensor(value: ArrayLike) -> Array:
     array = np.array(value, dtype=float)
     square = array.ndim > 1 and len(set(array.shape)) == 1  # other shapes are reported later
-    return as_array(tensors.symmetrise(array) if square else array)
+    array = tensors.symmetrise(array) if square else array
+    array.flags.writeable = False  # it is a copy, of which a large tensor needs no further one
+    return array
 
 
 def as_names(value: Iterable[Any]) -> tuple[str, ...]:

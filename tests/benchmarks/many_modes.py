@@ -24,7 +24,7 @@ import numpy as np
 
 import nanorom
 from nanorom.bench import report
-from nanorom.bench.size import peak
+from nanorom.bench.memory import peak
 from nanorom.continuation import Diagram, ModalSystem, explore
 from nanorom.results.respond import respond
 from nanorom.rom.model import ReducedModel

@@ -64,7 +64,8 @@ class Series:
         above[:, :-1] *= scale
         above[:, -1] *= rates[0]
         unknowns = np.ascontiguousarray(above[:, :-1])
-        return cls(balance, unknowns, above[:, -1], below, length, plain)
+        # copies: of a view the whole table would stay
+        return cls(balance, unknowns, above[:, -1].copy(), below, length, plain)
 
     def _weights(self, a: float | Array) -> Array:
         """Of the terms in the value at a, (..., order + 1)."""

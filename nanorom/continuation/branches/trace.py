@@ -25,6 +25,7 @@ from nanorom.types import Array
 LARGEST_STEP = 10.0  # times orbit and frequency (of a linear system the series never ends)
 LEAST_PART = 1 / 64  # of a step, at whose end the next one cannot begin
 FIRST_CORRECTIONS = 15  # of an orbit that is not near a known one
+FEW_MISSING = 2.0  # unknowns by those of an orbit that was not found
 REDUCTIONS = 3  # choices of the coefficients that such an orbit may do without
 LEAST_MORE, MOST_MORE = 1.1, 1.6  # factors on the number of harmonics, where it must rise
 SLOWEST_DECAY = 1e-3  # of the log of the harmonics, each: below, it tells nothing
@@ -143,7 +144,9 @@ class Tracer:
                 break
             try:
                 found, rate_found, _ = balance.correct(start, rate, edge, last, most)
-            except NewtonFailure:  # with all of them it may do better
+            except NewtonFailure:  # with the few that are missing it may do better
+                if whole.basis.size > FEW_MISSING * balance.basis.size:
+                    raise
                 break
             x, rate = self.transfer(balance, whole, found, edge)[0], rate_found
             if self._missing(balance, found, rate, balance.residual(found, rate)) < self.negligible:

@@ -51,7 +51,8 @@ class HarmonicBalance:
         )
         self.cubic, self.loss = moving.cubic, moving.loss
         self.loss_tensor = sub.loss  # [r, k, j, l], symmetric in j, l
-        self._last: tuple[Array, Array] | None = None  # samples, and what is known of them
+        # samples, and what is known of them: of this and of all that have some of its unknowns
+        self._last: list[Array] = []
         self.has_quadratic = bool(self.quadratic.any())
         self.has_cubic = bool(self.cubic.any())
         self.has_loss = bool(self.loss.any())
@@ -84,8 +85,8 @@ class HarmonicBalance:
         """The cubic part of G(q): residual and Jacobian ask for it at the same samples."""
         if not self.has_cubic:
             return np.zeros((len(v), self.size**2))
-        if self._last is None or not np.array_equal(self._last[0], v):
-            self._last = v, self.cubic.of(v)
+        if not self._last or not np.array_equal(self._last[0], v):
+            self._last[:] = v, self.cubic.of(v)
         return self._last[1]
 
     def tangent(self, v: Array) -> Array:

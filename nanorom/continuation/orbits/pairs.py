@@ -33,6 +33,8 @@ class PairMatrix:
 
     def __init__(self, tensor: Array) -> None:
         """tensor [j, k, a, b], symmetric in j, k."""
+        if not tensor.any():  # of many modes its table alone would be large
+            tensor = tensor[:1, :1]
         first, second = np.triu_indices(len(tensor))
         size = tensor.shape[2]
         table = by_pair(tensor, first, second)

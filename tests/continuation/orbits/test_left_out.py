@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import tracemalloc
 import weakref
 
 import numpy as np
@@ -22,6 +23,7 @@ from tests.continuation.systems import duffing, random_potential
 
 SAME = 1e-9  # of a frequency: special points with all unknowns and with fewer
 ROUND_OFF = 1e-13
+AS_LARGE = 3.0  # times the series of a step: what is kept of one
 COARSE = 1e-6  # tolerance of orbits at which much is left out
 SEEDS = (1, 2, 3)
 LITTLE_MORE = 1.5  # of the steps
@@ -133,6 +135,26 @@ def test_what_is_known_of_a_system_lets_it_go() -> None:
     del system
     gc.collect()
     assert gone() is None
+
+
+def test_a_branch_keeps_no_matrices_of_its_points() -> None:
+    """Of forty modes these are a hundred times as large as the branch itself."""
+    size = 12
+    system = random_potential(size, 1, quality=50.0).scaled(0.05, 0.0)
+    tracer = Tracer(system, full_support(system, 1), 1, Settings(tolerance=COARSE))
+    orbit = first_orbit(tracer, 0.9)
+    tracemalloc.start()
+    try:
+        kept, sizes = [], []
+        for step in tracer.follow(orbit, 1.0, (0.9, 1.3)):
+            kept.append(step)
+            sizes.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    own = max(step.coefficients.nbytes for step in kept)
+    half = len(sizes) // 2
+    assert half > 4
+    assert (sizes[-1] - sizes[half]) / (len(sizes) - half) < AS_LARGE * own
 
 
 def test_levels_of_a_system_share_its_tensors() -> None:
