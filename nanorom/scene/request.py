@@ -139,6 +139,9 @@ class Reduction:
     )
 
 
+USUAL_TOLERANCE = 1e-6  # where the scene says nothing
+
+
 @attrs.frozen(field_transformer=v.readers)
 class Accuracy:
     """A tolerance that the program meets by itself, or degree and mesh_size chosen by hand.
@@ -199,4 +202,4 @@ class Accuracy:
             other = "mesh_size" if by_hand == ["degree"] else "degree"
             raise SceneError(f"accuracy.{other}: missing; {by_hand[0]} needs it beside it")
         if self.tolerance is None and not by_hand:
-            object.__setattr__(self, "tolerance", 1e-6)
+            object.__setattr__(self, "tolerance", USUAL_TOLERANCE)

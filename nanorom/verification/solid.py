@@ -95,7 +95,7 @@ class AllWork(FilmWork):
             return lambda parity: borne
         # a stress in every direction relaxes where supports do not bear it
         pull = solid.pull((1.0, 1.0, 1.0))[:, None]
-        relaxed = -factor * self.film.discrete.rest.static.solve(pull)
+        relaxed = -factor * self.film.discrete.rest.response(pull)
 
         def apply(columns: Array) -> Array:
             u = columns.reshape(len(columns), -1)

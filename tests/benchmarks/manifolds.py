@@ -4,6 +4,7 @@
 """
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import process_time
 
 import numpy as np
@@ -11,7 +12,19 @@ from scipy.interpolate import CubicSpline, griddata
 from scipy.optimize import linear_sum_assignment
 
 import nanorom
-from nanorom import Material, Modes, Plate, Rectangle, Scene, String, Support, Tension
+from nanorom import (
+    Damping,
+    Drive,
+    Material,
+    Modes,
+    Plate,
+    Rectangle,
+    Scene,
+    String,
+    Support,
+    Sweep,
+    Tension,
+)
 from nanorom.continuation import ModalSystem, backbone, explore
 from nanorom.scene.scene import Accuracy
 from tests.rom.manifold.systems import one_to_two
@@ -21,7 +34,8 @@ HEAD = """# Invariant manifolds
 
 `./run python -m tests.benchmarks.manifolds` writes this page anew. "All modes": harmonic balance
 and shooting of the same modal model (`explore`, `backbone`). Printed numbers are those of SSMTool
-and MORFE, of meshes and elements of their own.
+and MORFE, of meshes and elements of their own. Manifolds of solids and shells are of all
+their degrees of freedom (`nanorom.manifold(scene)`), the others of modal models.
 
 | problem | quantity | printed | manifold | order | all modes | of the printed one |
 |---|---|---|---|---|---|---|
@@ -89,6 +103,65 @@ def clamped_beam():
         printed = 1.018217 if order == 3 else None
         why = "solid elements" if printed else ""
         yield line("clamped beam", "w/w1", printed, f"{own:.6f}", order, f"{known:.6f}", why)
+
+
+def solid_beam():
+    """The same of solid elements, every degree of freedom following; and twice as far."""
+    ends = {"left": "clamped", "right": "clamped", "bottom": "free", "top": "free"}
+    scene = Scene(
+        geometry=Rectangle(1e-3, 24e-6),
+        plate=Plate(1e-5, model="solid"),
+        material=Material(160e9, 0.22, 2320),
+        tension=Tension(0, 0),
+        support=Support(ends),
+        modes=Modes(count=6),
+        damping=Damping(1000),
+        accuracy=Accuracy(tolerance=1e-2),
+    )
+    for order in (3, 5, 7, 9):
+        reduced = nanorom.manifold(scene, [1], order)
+        shapes = reduced.model.shapes
+        middle = shapes.values[:, np.hypot(*shapes.points[:, :2].T).argmin()]
+        for times in (1, 2):
+            at = q = times * 0.25756e-5
+            for _ in range(20):
+                motion = reduced.motions([q])[0]
+                q *= at / (np.abs(motion.q @ middle).max() * reduced.equations.amplitude)
+            own = reduced.backbone([q])[0][0] / (2 * np.pi * reduced.model.frequency[0])
+            printed = 1.018217 if (order, times) == (3, 1) else None
+            what = "w/w1" if times == 1 else "w/w1, twice as far"
+            yield line("solid clamped beam", what, printed, f"{own:.6f}", order, "", "")
+
+
+def arc():
+    """1 x 2 m, 10 mm, sagitta .1 m, 10 N at a quarter of its length, Q 250: a shell."""
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-1.001, 1.001, 201), (-0.51, 0.0, 0.51)))
+    radius = (1 + 0.1**2) / 0.2
+    height = np.sqrt(radius**2 - x**2) - (radius - 0.1)
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "arc.csv"
+        np.savetxt(file, np.column_stack([x, y, height]), delimiter=",")
+        held = {"left": "simply_supported", "right": "simply_supported"}
+        scene = Scene(
+            geometry=Rectangle(2.0, 1.0),
+            plate=Plate(0.01, "shell", file),
+            material=Material(70e9, 0.33, 2700),
+            tension=Tension(0, 0),
+            support=Support(held | {"bottom": "free", "top": "free"}),
+            modes=Modes(4),
+            damping=Damping(250),
+            drive=Drive(10.0, direct_pattern="point", position=["-0.5 m", "0 m"]),
+            sweep=Sweep("0.98 f1", "1.01 f1"),
+            accuracy=Accuracy(degree=5, mesh_size=0.5),
+        )
+        for order in (3, 5, 7, 9):
+            reduced = nanorom.manifold(scene, [1], order)
+            first = 2 * np.pi * reduced.model.frequency[0]
+            found = reduced.response((0.96 * first, 1.02 * first), direct=10.0)
+            folds = sorted(point.omega / first for point in found.points("LP"))
+            for told, own in zip((0.99145, 0.99396), folds):
+                printed, why = (told, "its flat triangles") if order == 7 else (None, "")
+                yield line("shallow arc, shell", "LP by w1", printed, f"{own:.5f}", order, "", why)
 
 
 def pinned_beam():
@@ -162,6 +235,6 @@ def cost():
 
 
 if __name__ == "__main__":
-    parts = (oscillators, clamped_beam, pinned_beam, square_plate)
+    parts = (oscillators, clamped_beam, solid_beam, arc, pinned_beam, square_plate)
     table = "\n".join(row for part in parts for row in part())
     DOCUMENT.write_text(HEAD + table + "\n" + cost(), encoding="utf-8")

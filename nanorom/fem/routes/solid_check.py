@@ -12,6 +12,7 @@ from nanorom.fem.models import build_solid
 from nanorom.fem.models.solid import HIGHEST_DEGREE, LOWEST_DEGREE
 from nanorom.fem.scales import Scales
 from nanorom.scene.geometry import MeshFile
+from nanorom.scene.request import USUAL_TOLERANCE
 from nanorom.scene.scene import Scene
 from nanorom.scene.units import with_unit
 
@@ -97,9 +98,11 @@ def check_tolerance(scene: Scene) -> None:
     least = tolerance
     while least < 1 and unknowns(least) > build_solid.MOST_UNKNOWNS:
         least *= 2
+    usual = " (as where none is given)" if tolerance == USUAL_TOLERANCE else ""
     power = 10 ** np.floor(np.log10(least))
     raise SceneError(
-        f"accuracy.tolerance: found {tolerance:g}, for which this solid has about {asked} "
+        f"accuracy.tolerance: found {tolerance:g}{usual}, for which this solid has "
+        f"about {asked} "
         f"unknowns; allowed: {power * np.ceil(least / power):g} or more, of which "
         f"{build_solid.MOST_UNKNOWNS} are enough"
     )
