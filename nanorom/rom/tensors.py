@@ -61,8 +61,21 @@ def condensed(pull: Array, compliance: Array) -> Array:
 
 def paired(products: Array) -> Array:
     """-2 F averaged over the three ways to pair four modes, of products F (L, L, L, L) of pairs."""
+    return -4 * symmetrised(products)
+
+
+def symmetrised(products: Array) -> Array:
+    """B = 1/2 G averaged over the three ways to pair four modes."""
     ways = products + products.transpose(0, 2, 1, 3) + products.transpose(0, 3, 2, 1)
-    return np.asarray(-2 * ways / 3)
+    return np.asarray(ways / 6.0)
+
+
+def unpacked(energy: np.ndarray, pairs: np.ndarray, products: np.ndarray) -> None:
+    """Write products of pairs (p, p) to G[r, j, k, l], in both orders of every pair."""
+    j, k = pairs.T
+    for r, s in ((j, k), (k, j)):
+        for t, u in ((j, k), (k, j)):
+            products[r[:, None], s[:, None], t, u] = energy
 
 
 def monomials(modes: int, degree: int) -> Iterator[tuple[tuple[int, ...], int]]:

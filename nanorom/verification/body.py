@@ -21,8 +21,10 @@ from nanorom.rom.modal import FOLLOWING
 from nanorom.rom.model import ReducedModel
 from nanorom.rom.patterns import ModalWork, reduced
 from nanorom.rom.shapes import Shapes
+from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
+from nanorom.verification.assembled import Film, Forces, Operators
 
 METHOD = "manifold"
 OTHERS = (1.0, 3.0)  # times a master's frequency: where what modulates it at twice that pulls
@@ -82,6 +84,36 @@ class Body(ABC):
                 rates.append(np.array([omega[0] + sign * np.sqrt(self.squares[other])]))
                 loads.append(force)
         return responses(self.system, self.shapes, np.concatenate(rates), np.column_stack(loads))
+
+
+@attrs.frozen(eq=False)
+class VectorsWork(ModalWork):
+    """Virtual work on vectors of a body, from that on all its degrees of freedom."""
+
+    film: Film
+
+    def uniform(self, pressure: float = 1.0) -> Array:
+        return self._on(self.film.work.uniform(pressure))
+
+    def areal(self, pattern: Areal) -> Array:
+        return self._on(self.film.work.areal(pattern))
+
+    def points(self, places: Array, weights: Array, key: str) -> Array:
+        return self._on(self.film.work.points(places, weights, key))
+
+    def inertia(self, acceleration: float = 1.0) -> Array:
+        return self._on(self.film.work.inertia(acceleration))
+
+    def stretch(self, tension: float = 1.0) -> Array:
+        return self._between(self.film.work.stretch(tension))
+
+    @abstractmethod
+    def _on(self, forces: Forces) -> Array:
+        """Of forces on all degrees of freedom, (r,) in N."""
+
+    @abstractmethod
+    def _between(self, operators: Operators) -> Array:
+        """Of operators on all degrees of freedom, (r, r) in N/m."""
 
 
 def places_of(names: Sequence[str], masters: Sequence[int | str]) -> list[int]:

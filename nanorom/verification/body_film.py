@@ -12,11 +12,10 @@ from nanorom.rom.manifold.projection import near
 from nanorom.rom.patterns import ModalWork
 from nanorom.rom.shapes import Shapes
 from nanorom.scene.drive import Drive
-from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
 from nanorom.verification.assembled import Forces, Operators, on_free
-from nanorom.verification.body import Body, places_of
+from nanorom.verification.body import Body, VectorsWork, places_of
 from nanorom.verification.plate import PlateFilm
 from nanorom.verification.plate import assemble as assemble_plate
 from nanorom.verification.system import FilmSystem
@@ -93,28 +92,13 @@ class FilmBody(Body):
 
 
 @attrs.frozen(eq=False)
-class FieldsWork(ModalWork):
+class FieldsWork(VectorsWork):
     """Virtual work on fields of the film, in the coordinates of which they are `scale` (r,)."""
 
     film: PlateFilm
     system: FilmSystem
     vectors: Array
     scale: Array
-
-    def uniform(self, pressure: float = 1.0) -> Array:
-        return self._on(self.film.work.uniform(pressure))
-
-    def areal(self, pattern: Areal) -> Array:
-        return self._on(self.film.work.areal(pattern))
-
-    def points(self, places: Array, weights: Array, key: str) -> Array:
-        return self._on(self.film.work.points(places, weights, key))
-
-    def inertia(self, acceleration: float = 1.0) -> Array:
-        return self._on(self.film.work.inertia(acceleration))
-
-    def stretch(self, tension: float = 1.0) -> Array:
-        return self._between(self.film.work.stretch(tension))
 
     def _on(self, forces: Forces) -> Array:
         found = np.zeros(len(self.scale))

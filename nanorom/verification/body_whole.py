@@ -9,11 +9,10 @@ import numpy as np
 
 from nanorom.rom.patterns import ModalWork
 from nanorom.rom.shapes import Shapes
-from nanorom.scene.patterns.pattern import Areal
 from nanorom.scene.scene import Scene
 from nanorom.types import Array
 from nanorom.verification.assembled import Forces, Operators
-from nanorom.verification.body import Body, places_of
+from nanorom.verification.body import Body, VectorsWork, places_of
 from nanorom.verification.driven import check as check_drive
 from nanorom.verification.whole import ONLY, WholeFilm
 
@@ -56,7 +55,7 @@ class WholeBody(Body):
         )
 
     def work(self, vectors: Array, scale: Array) -> ModalWork:
-        return VectorsWork(self.film, vectors * (self.film.units.deflection / scale))
+        return WholeWork(self.film, vectors * (self.film.units.deflection / scale))
 
     def drawn(self, vectors: Array, scale: Array) -> Shapes:
         return self.film.drawn(vectors * (self.film.units.deflection / scale))
@@ -71,26 +70,11 @@ class WholeBody(Body):
 
 
 @attrs.frozen(eq=False)
-class VectorsWork(ModalWork):
+class WholeWork(VectorsWork):
     """Virtual work on vectors (n, r) that are reached at a coordinate of 1 m."""
 
     film: WholeFilm
     vectors: Array
-
-    def uniform(self, pressure: float = 1.0) -> Array:
-        return self._on(self.film.work.uniform(pressure))
-
-    def areal(self, pattern: Areal) -> Array:
-        return self._on(self.film.work.areal(pattern))
-
-    def points(self, places: Array, weights: Array, key: str) -> Array:
-        return self._on(self.film.work.points(places, weights, key))
-
-    def inertia(self, acceleration: float = 1.0) -> Array:
-        return self._on(self.film.work.inertia(acceleration))
-
-    def stretch(self, tension: float = 1.0) -> Array:
-        return self._between(self.film.work.stretch(tension))
 
     def _on(self, forces: Forces) -> Array:
         return np.asarray(forces[ONLY] @ self.vectors)

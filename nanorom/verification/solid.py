@@ -65,7 +65,9 @@ class AllWork(FilmWork):
         faces, weights = self._faces(UPPER, FINEST)
         places = self._length * faces.places[..., :2]
         density = pattern.density(places.reshape(-1, 2)).reshape(places.shape[:2])
-        return self._lifted(faces, self._length**2 * density * faces.areas[..., UP] * weights)
+        pressed = self._length**2 * density * faces.areas[..., UP] * weights
+        pattern.check_meets(float(pressed.sum()))
+        return self._lifted(faces, pressed)
 
     def points(self, places: Array, weights: Array, key: str) -> Forces:
         facets = self._facets(UPPER)

@@ -18,7 +18,6 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
 from nanorom.fem.symmetry import Parity
-from nanorom.fem.tensors.direct import symmetrised, unpacked
 from nanorom.rom import tensors
 from nanorom.rom.manifold.full import FullSystem
 from nanorom.rom.shapes import Shapes
@@ -203,7 +202,7 @@ def condensed(system: Moving, rest: Rest) -> tuple[Array, Array]:
     response = rest.response(force)
     energy = force.T @ response
     products, given_way = np.zeros((n,) * 4), np.zeros((n,) * 4)
-    unpacked(system.pair_products(modes, pairs), pairs, products)
-    unpacked(0.5 * (energy + energy.T), pairs, given_way)
+    tensors.unpacked(system.pair_products(modes, pairs), pairs, products)
+    tensors.unpacked(0.5 * (energy + energy.T), pairs, given_way)
     even = (quadratic + quadratic.transpose(1, 0, 2) + quadratic.transpose(2, 1, 0)) / 3
-    return even, symmetrised(products) + tensors.paired(given_way)
+    return even, tensors.symmetrised(products) + tensors.paired(given_way)

@@ -160,7 +160,7 @@ def arc():
             found = reduced.response((0.96 * first, 1.02 * first), direct=10.0)
             folds = sorted(point.omega / first for point in found.points("LP"))
             for told, own in zip((0.99145, 0.99396), folds):
-                printed, why = (told, "its flat triangles") if order == 7 else (None, "")
+                printed, why = (told, "its mesh; not taken apart") if order == 7 else (None, "")
                 yield line("shallow arc, shell", "LP by w1", printed, f"{own:.5f}", order, "", why)
 
 

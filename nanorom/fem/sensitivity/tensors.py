@@ -17,6 +17,7 @@ from nanorom.fem.fields import quadrature
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.symmetry import product_parity
 from nanorom.fem.tensors import direct
+from nanorom.rom import tensors
 
 
 def slopes(
@@ -60,7 +61,7 @@ def slopes(
         trace, weighted = plain[0] + plain[1], force[0] + force[1]
         energy = _gram(weighted, trace) - _gram(force[0], plain[0]) - _gram(force[1], plain[1])
         part = np.zeros((n,) * 4)
-        direct.unpacked(energy - 2 * _gram(force[2], plain[2]), pairs, part)
+        tensors.unpacked(energy - 2 * _gram(force[2], plain[2]), pairs, part)
         by_nu[...] += part
 
     direct.stretching_products(plate, modes.shapes, modes.parities, in_plane, told)
@@ -69,7 +70,7 @@ def slopes(
     work = work.reshape(len(changes), n, n, n, n)
     found = {name: _every_slot(part) for name, part in zip(changes, work)}
     stretching = plate.stiffness.stretching
-    return found, direct.symmetrised(by_nu) / stretching
+    return found, tensors.symmetrised(by_nu) / stretching
 
 
 def _gram(first: np.ndarray, second: np.ndarray) -> np.ndarray:
@@ -85,7 +86,7 @@ def _flat(values: np.ndarray) -> np.ndarray:
 
 def _every_slot(work: np.ndarray) -> np.ndarray:
     """The tensor's derivative from that of its first shape, symmetrised over all four."""
-    first = direct.symmetrised(work)
+    first = tensors.symmetrised(work)
     return np.asarray(
         first
         + first.transpose(1, 0, 2, 3)

@@ -28,6 +28,7 @@ from nanorom.fem.symmetry import Parity, product_parity
 from nanorom.fem.tensors import inplane, lateral
 from nanorom.fem.tensors.equilibrium import of_classes
 from nanorom.fem.tensors.inplane import InPlane
+from nanorom.rom import tensors
 
 SOLVED = 1e-6  # error of displacements in the norm of their energy: it enters products squared
 FEW = 100_000  # unknowns in the plane up to which pairs of all classes are held together
@@ -44,7 +45,7 @@ def cubic_tensor(modes: Modes, in_plane: str = "free") -> tuple[np.ndarray, InPl
     displacements, errors relative to the largest pair product.
     """
     products, known = stretching_products(modes.plate, modes.shapes, modes.parities, in_plane)
-    return symmetrised(products), known
+    return tensors.symmetrised(products), known
 
 
 def stretching_tensors(
@@ -62,7 +63,7 @@ def stretching_tensors(
     products, known = stretching_products(plate, shapes, parities, in_plane, told)
     mixed = products[:n, n, :n, :n]  # <S_r0, S_jk>
     quadratic = 0.5 * (mixed + mixed.transpose(1, 0, 2) + mixed.transpose(2, 1, 0))
-    return products[:n, n, :n, n], quadratic, symmetrised(products[:n, :n, :n, :n]), known
+    return products[:n, n, :n, n], quadratic, tensors.symmetrised(products[:n, :n, :n, :n]), known
 
 
 def stretching_products(
@@ -90,7 +91,7 @@ def stretching_products(
     )
     products = np.zeros((n_modes,) * 4)
     for parity, members in pairs.items():
-        unpacked(plate.mirrors.copies * found[parity].energy, members, products)
+        tensors.unpacked(plate.mirrors.copies * found[parity].energy, members, products)
     # of what is left: where free edges let the film follow, it is far below <S_jk, S_jk>
     largest = max(float(part.energy.diagonal().max()) for part in found.values())
     known = InPlane.of_parts((part.known for part in found.values()), largest)
@@ -198,16 +199,3 @@ def _pair_strains(
         slope = np.moveaxis(field.gradient(shapes), 2, 0).copy()
         for parity, (j, k) in ((p, members.T) for p, members in pairs.items()):
             yield field, slope, parity, membrane.slope_product(slope[..., j], slope[..., k])
-
-
-def unpacked(energy: np.ndarray, pairs: np.ndarray, products: np.ndarray) -> None:
-    """Write products of pairs (p, p) to G[r, j, k, l], in both orders of every pair."""
-    j, k = pairs.T
-    for r, s in ((j, k), (k, j)):
-        for t, u in ((j, k), (k, j)):
-            products[r[:, None], s[:, None], t, u] = energy
-
-
-def symmetrised(products: np.ndarray) -> np.ndarray:
-    """B = 1/2 G averaged over the three ways to pair four modes."""
-    return (products + products.transpose(0, 2, 1, 3) + products.transpose(0, 3, 2, 1)) / 6.0

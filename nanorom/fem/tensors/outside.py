@@ -33,7 +33,7 @@ from nanorom.fem.modes import coupled
 from nanorom.fem.modes.eigen import Modes
 from nanorom.fem.solvers import algebra, groups
 from nanorom.fem.symmetry import Parity, product_parity
-from nanorom.fem.tensors.direct import pairs_by_parity, unpacked
+from nanorom.fem.tensors.direct import pairs_by_parity
 from nanorom.rom import tensors
 
 MATTERS = 1e-3  # of the largest response: slower parts of smaller ones are not told of
@@ -180,7 +180,7 @@ def response(modes: Modes, forces: PairForces, stiffness: np.ndarray) -> Outside
     products, own = np.zeros((n,) * 4), np.full(n, np.inf)
     squares = []
     for parity, (energy, mass) in found.items():
-        unpacked(energy, forces.pairs[parity], products)
+        tensors.unpacked(energy, forces.pairs[parity], products)
         for i, (j, k) in enumerate(forces.pairs[parity]):
             if j == k and mass[i] > 0:
                 own[j] = energy[i, i] / mass[i]

@@ -20,7 +20,6 @@ import numpy as np
 
 from nanorom.fem.modes.solid import SolidModes
 from nanorom.fem.solvers import algebra
-from nanorom.fem.tensors.direct import symmetrised, unpacked
 from nanorom.fem.tensors.outside import MATTERS
 from nanorom.rom import tensors
 
@@ -65,8 +64,8 @@ def condensed(modes: SolidModes) -> SolidTensors:
     energy = comm.allreduce(rest.T @ response)
     mass = comm.allreduce(np.sum(response * algebra.multiply(solid.mass, response), axis=0))
     products, given_way = np.zeros((n,) * 4), np.zeros((n,) * 4)
-    unpacked(solid.pair_products(shapes, pairs), pairs, products)
-    unpacked(0.5 * (energy + energy.T), pairs, given_way)
+    tensors.unpacked(solid.pair_products(shapes, pairs), pairs, products)
+    tensors.unpacked(0.5 * (energy + energy.T), pairs, given_way)
     outside = tensors.paired(given_way)
     size = energy.diagonal()
     square = size / mass
@@ -75,7 +74,7 @@ def condensed(modes: SolidModes) -> SolidTensors:
     return SolidTensors(
         stiffness,
         even,
-        symmetrised(products) + outside,
+        tensors.symmetrised(products) + outside,
         outside,
         tensors.asymmetry(quadratic),
         float(square[slow].min()) if slow.any() else np.inf,

@@ -28,7 +28,8 @@ from nanorom.rom.manifold.invariance import carried, kept
 from nanorom.rom.manifold.monomials import Index, Monomials
 from nanorom.types import Array
 
-# of factors: symmetric matrices but for their signs; a twentieth of the time, and as many digits
+# of factors of symmetric matrices: of a slender solid of 12 000 unknowns they take a twentieth of
+# the time of those by columns, and have as many digits
 SYMMETRIC = {"diag_pivot_thresh": 1e-3, "options": {"SymmetricMode": True}}
 CHUNK = 32  # columns of a force at once: some 10 MB at the quadrature points of a film
 MOST_PRODUCTS = 1e5  # of two or three fields: some minutes

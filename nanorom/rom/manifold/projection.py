@@ -14,6 +14,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from nanorom.errors import ModelError
+from nanorom.rom import tensors
 from nanorom.rom.manifold.direct import CHUNK, Fields, swapped
 from nanorom.rom.manifold.full import FullSystem
 from nanorom.rom.manifold.monomials import Monomials
@@ -136,28 +137,19 @@ def _following(
 
 def _quadratic(system: FullSystem, vectors: Array) -> Array:
     """v_a . Q(v_b, v_c) (r, r, r)."""
-    first, second = np.triu_indices(vectors.shape[1])
-    found = np.empty((vectors.shape[1], len(first)))
+    size = vectors.shape[1]
+    first, second = np.triu_indices(size)
+    found = np.empty((size, size, size))
     for begin in range(0, len(first), CHUNK):
-        part = slice(begin, begin + CHUNK)
-        found[:, part] = vectors.T @ system.quadratic(
-            vectors[:, first[part]], vectors[:, second[part]]
-        )
-    return np.ascontiguousarray(found[:, _places(vectors.shape[1])])
+        j, k = (each[begin : begin + CHUNK] for each in (first, second))
+        work = vectors.T @ system.quadratic(vectors[:, j], vectors[:, k])
+        found[:, j, k] = found[:, k, j] = work
+    return found
 
 
 def _cubic(system: FullSystem, vectors: Array) -> Array:
     """v_a . T(v_b, v_c, v_d) (r, r, r, r)."""
-    size = vectors.shape[1]
-    products = system.pair_products(vectors, np.column_stack(np.triu_indices(size)))
-    place = _places(size)
-    whole = products[place[:, :, None, None], place]
-    return np.asarray(whole + whole.transpose(0, 2, 1, 3) + whole.transpose(0, 3, 2, 1)) / 6
-
-
-def _places(size: int) -> Array:
-    """Numbers (r, r) of the pairs j <= k."""
-    found = np.zeros((size, size), dtype=int)
-    first, second = np.triu_indices(size)
-    found[first, second] = found[second, first] = np.arange(len(first))
-    return found
+    pairs = np.column_stack(np.triu_indices(vectors.shape[1]))
+    products = np.empty((vectors.shape[1],) * 4)
+    tensors.unpacked(system.pair_products(vectors, pairs), pairs, products)
+    return tensors.symmetrised(products)
